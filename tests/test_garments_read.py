@@ -14,7 +14,7 @@ from PIL import Image
 from tatamu.base.errors import InputError
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.meshfile import welded
-from tatamu.garments.objfile import TriangleMesh, read_obj
+from tatamu.garments.objfile import TriangleMesh, parse_obj
 from tatamu.simulation.mesh.topology import areas
 from tests.commands import command
 from tests.foreign import svg
@@ -171,7 +171,7 @@ def test_a_concave_face_stays_within_its_outline(turn: int, front: int, tmp_path
     corners = np.roll(SHIRT, turn, axis=0)[::front] * 1e-3
     lines = [f"v {x:.6f} {y:.6f} {0.3 * x:.6f}" for x, y in corners]
     (tmp_path / "a.obj").write_text("\n".join([*lines, "f " + " ".join(map(str, range(1, len(corners) + 1)))]))
-    mesh = read_obj(tmp_path / "a.obj")
+    mesh = parse_obj((tmp_path / "a.obj").read_bytes())
     assert len(mesh.faces) == len(corners) - 2
     flat = mesh.vertices[:, :2]
     assert shapely.union_all(shapely.polygons(flat[mesh.faces])).area == pytest.approx(shapely.Polygon(corners).area)
@@ -183,7 +183,7 @@ def test_a_concave_face_stays_within_its_outline(turn: int, front: int, tmp_path
 
 def test_a_convex_face_is_a_fan_as_before(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
-    assert read_obj(tmp_path / "a.obj").faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert parse_obj((tmp_path / "a.obj").read_bytes()).faces.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
 def test_a_mesh_of_trimesh_in_any_format_is_the_same(tmp_path: Path) -> None:

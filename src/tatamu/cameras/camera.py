@@ -19,37 +19,17 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from tatamu.base.errors import InputError
-from tatamu.cameras.lens import (
-    BENT,
-    BENT_MORE,
-    CENTRE_SPREAD,
-    KNOWN_CENTRE,
-    KNOWN_SPREAD,
-    SPREAD,
-    STATED_SPREAD,
-    USUAL,
-    Lens,
-)
+from tatamu.cameras.lens import Lens, expected
 from tatamu.cameras.opencv import opencv
 from tatamu.cameras.pose import Pose
 
 FINEST = 0.05
 """Minimum standard error of a corner of the board in the photo [pixels]."""
-SQUARE = 0.6
-"""How much higher on a cloth's rim the outline lies on the far side than on the near side, as a fraction of its height.
-It would be 1 for a square rim, and 0.3 for a round one."""
 SMOOTH = 2
 """Number of points on each side of an outline's point that give its direction there."""
-WORST = 5e-4
-"""Maximum root mean square error of the board's corners, as a fraction of the picture's longer side."""
 GRAZING = 75.0
 """Maximum angle between the direction in which the camera looks and straight down [degrees]."""
 LENS = 5
-OTHER_LENS = 6.0
-"""Maximum difference between a lens file and what the board shows, in standard deviations of the lens file. Tilted by
-15 to 50 degrees, a focal length wrong by 2 % differs by up to 3, and one wrong by 10 % by 4 to 12."""
-GUESSES = (1.0, 0.6, 1.6)
-"""Focal lengths at which the search starts, as multiples of the expected focal length."""
 
 Seen = tuple[np.ndarray, np.ndarray]
 """Visible corners of a page of the board, in the frame of the page [m] and in the photo [pixels], shape (k, 2) each."""
@@ -121,7 +101,8 @@ class Camera:
         nearer = self.eye[:2] - middle
         lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(nearer, axis=1)
         facing = (normals * nearer).sum(axis=1) / np.maximum(lengths, 1e-12)
-        return self.on_table(outline, 0.5 * top * (1.0 - SQUARE * facing))
+        # 1 would be right for a rim with a square cross-section, 0.3 for a round one
+        return self.on_table(outline, 0.5 * top * (1.0 - 0.6 * facing))
 
 
 @dataclass(frozen=True)
@@ -172,12 +153,13 @@ def estimate(
     Raises:
         InputError: If the corners do not fit a flat board.
     """
-    prior, spread = _expected(size, lens, focal)
-    fits = [_fit(pages, size, lens, prior, spread, FINEST, guess) for guess in (GUESSES if lens is None else (1.0,))]
+    prior, spread = expected(size, lens, focal)
+    guesses = (1.0, 0.6, 1.6) if lens is None else (1.0,)  # multiples of the expected focal length
+    fits = [_fit(pages, size, lens, prior, spread, FINEST, guess) for guess in guesses]
     best = min(fits, key=lambda fit: fit.cost)
     count = sum(len(places) for places, _ in pages)
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
-    if rms > WORST * max(size):
+    if rms > 5e-4 * max(size):
         raise InputError(
             f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay the board flat"
         )
@@ -189,8 +171,10 @@ def estimate(
             f"photo: must be taken less than {GRAZING:.0f} degrees from straight above, given "
             f"{np.degrees(camera.tilt):.0f}; hold the camera higher"
         )
+    # With two pages and a tilt of 15 to 50 degrees, a focal length wrong by 2 % is up to 3 deviations of the lens file
+    # away, and one wrong by 10 % is 4 to 12 away.
     away = float(np.abs((best.x[:LENS] - prior) / spread).max())
-    if lens is not None and away > OTHER_LENS:
+    if lens is not None and away > 6.0:
         shown = max(size) * float(np.exp(best.x[0]))
         raise InputError(
             f"lens: must be of the photo's camera and zoom, with a focal length of about {shown:.0f} pixels, given "
@@ -198,19 +182,6 @@ def estimate(
         )
     covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
     return View(camera, best.x, covariance, rms, float(best.cost), lens, size)
-
-
-def _expected(size: tuple[int, int], lens: Lens | None, focal: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the expected parameters of the lens and their standard deviations, shape (5,) each."""
-    longer = max(size)
-    if lens is not None:
-        k1, k2 = (*lens.distortion, 0.0, 0.0)[:2]
-        known = np.array([np.log(lens.focal / longer), lens.centre[0] / longer, lens.centre[1] / longer, k1, k2])
-        return known, np.array([KNOWN_SPREAD, KNOWN_CENTRE, KNOWN_CENTRE, 1e-4, 1e-4])
-    usual = USUAL if focal is None else focal / longer
-    middle = np.array([np.log(usual), 0.5 * size[0] / longer, 0.5 * size[1] / longer, 0.0, 0.0])
-    wide = SPREAD if focal is None else STATED_SPREAD
-    return middle, np.array([wide, CENTRE_SPREAD, CENTRE_SPREAD, BENT, BENT_MORE])
 
 
 def _fit(

@@ -11,10 +11,6 @@ from tatamu.cameras.opencv import opencv
 
 STEP = 0.5
 """Distance between samples of the colour along a line that crosses an edge of cloth [pixels]."""
-FAINT = 4.0
-"""Smallest difference in colour between the two sides of a line that counts as an edge of cloth [8-bit levels]."""
-NEIGHBOURS = 9
-"""Number of neighbouring lines across an edge, over which the median of the difference in colour is computed."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +45,9 @@ def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reac
     places = points[:, None] + at[:, None] * normals[:, None]
     colours = sample(pixels, places)
     before, after = colours[:, at < -0.5 * reach].mean(axis=1), colours[:, at > 0.5 * reach].mean(axis=1)
-    step = median_filter(after - before, size=(min(NEIGHBOURS, len(points)), 1), mode="nearest")
+    step = median_filter(after - before, size=(min(9, len(points)), 1), mode="nearest")
     height = np.linalg.norm(step, axis=1)
-    found = height > FAINT
+    found = height > 4.0  # 8-bit levels
     direction = step / np.maximum(height, 1e-9)[:, None]
     shade = np.einsum("nsc,nc->ns", colours, direction)
     slope = gaussian_filter1d(shade, 1.0 / STEP, axis=1, order=1)

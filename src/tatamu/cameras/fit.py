@@ -18,16 +18,8 @@ from tatamu.cameras.shape import Shape
 
 TOLERANCE = 0.002
 """Largest error that counts with its square in the fit of an outline [m]. Larger errors count less."""
-GIVEN = 0.001
-"""Assumed standard deviation of the position of a garment's corner that the user gives [m]."""
 LARGEST = 1.5
 """Natural logarithm of the largest factor by which the fit may scale a garment."""
-TIE = 0.001
-"""Difference in score below which two poses are equally good [m]; a score is the fit's error plus a penalty."""
-STRETCH = 0.02
-"""Penalty for a change of 1 in the logarithm of length over width [m], because cloth keeps its proportions."""
-CORRELATED = 0.05
-"""Length along an outline within which the errors of points are correlated, so they do not average out [m]."""
 
 
 @dataclass(frozen=True)
@@ -85,12 +77,13 @@ def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outwar
         fits.append(again(shape, found, given, np.array([*start, yaw, *scale])))
     best = min(map(_score, fits))
     base = 0.0 if outward is None else outward.yaw
-    likely = [fit for fit in fits if _score(fit) < best + TIE]
+    likely = [fit for fit in fits if _score(fit) < best + 0.001]  # within a millimetre, poses are equally good
     return min(likely, key=lambda fit: abs(wrapped(fit.pose.yaw + base)))
 
 
 def _score(fit: Fit) -> float:
-    return fit.rms + STRETCH * abs(float(fit.parameters[3] - fit.parameters[4]))
+    # poses that keep the cloth's proportions are more probable
+    return fit.rms + 0.02 * abs(float(fit.parameters[3] - fit.parameters[4]))
 
 
 def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], start: np.ndarray) -> Fit:
@@ -109,13 +102,14 @@ def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], star
     def residuals(parameters: np.ndarray) -> np.ndarray:
         x, y, yaw = parameters[:3].tolist()
         wrong = Pose(x, y, yaw).place(own * np.exp(parameters[3:])) - wanted
-        return np.concatenate([off(parameters) / TOLERANCE, wrong.ravel() / GIVEN])
+        return np.concatenate([off(parameters) / TOLERANCE, wrong.ravel() / 0.001])  # given to a millimetre
 
     bound = np.array([np.inf, np.inf, np.inf, LARGEST + 0.1, LARGEST + 0.1])
     solved = least_squares(residuals, start, loss="soft_l1", bounds=(-bound, bound), x_scale=0.01)
     away = off(solved.x)
     length = float(shapely.LinearRing(found).length)
-    few = max(1.0, len(found) * CORRELATED / length)
+    # errors of points within 50 mm along the outline are correlated, so they do not average out
+    few = max(1.0, len(found) * 0.05 / length)
     scale = float(np.median(np.abs(away))) * 1.4826 / TOLERANCE
     covariance = np.linalg.pinv(solved.jac.T @ solved.jac, hermitian=True) * max(scale, 0.1) ** 2 * few
     return Fit(shape, solved.x, away, covariance)

@@ -18,27 +18,12 @@ from tatamu.cameras.lines import Line
 from tatamu.cameras.photograph import Photograph
 from tatamu.cameras.pose import Pose
 
-FINEST = 0.0005
-"""Smallest distance between samples of the photo in the window in which an edge is searched [m]."""
 SOFT = 0.0012
 """Standard deviation of the Gaussian filter that smooths brightness across an edge of cloth [m]."""
 TURN = 0.14
 """Largest slope, relative to an expected edge, of the lines that are tried as this edge."""
 TURNS = 29
 """Number of directions of lines that are tried in the search for an edge of cloth."""
-CLEAR = 6.0
-"""Least gradient of brightness across an edge of cloth, as a multiple of the usual gradient across other lines."""
-LEAST = 0.25
-"""Least gradient of brightness across an edge of cloth [8-bit levels per sample]."""
-RIM = 0.0045
-"""Width of the strip along the inside of a cloth's outline in which no inner edge is searched [m]."""
-WIDE = 0.006
-"""Largest width of the dark or bright band that the rim of a layer makes in the picture [m]."""
-SEEN = 0.7
-"""Standard deviation of the blur of the camera's picture [pixels]."""
-SECOND = 0.35
-"""Minimum gradient at the fainter side of the band that a layer's rim makes, as a fraction of that at the other
-side."""
 
 
 @dataclass(frozen=True)
@@ -75,14 +60,15 @@ def inner_edge(
 
     `window`, and the area `cloth` inside the outline, are in the fold's frame, which has the pose `frame` on the board.
     """
-    step = max(FINEST, 0.7 * photograph.resolution(frame.place(window.corner[None])))
+    step = max(0.0005, 0.7 * photograph.resolution(frame.place(window.corner[None])))
     along = np.arange(0.008, window.length, step)
     across = np.arange(-window.reach, window.reach, step)
     places = window.corner + along[:, None, None] * window.along + across[None, :, None] * window.outward
     flat = places.reshape(-1, 2)
     pixels = photograph.in_pixels(frame.place(flat), height).reshape(*places.shape)
     bright = sample(photograph.pixels, pixels).mean(axis=2)
-    inside = shapely.contains_xy(cloth.buffer(-RIM), flat[:, 0], flat[:, 1]).reshape(bright.shape)
+    # the strip along the outline shows its own rim
+    inside = shapely.contains_xy(cloth.buffer(-0.0045), flat[:, 0], flat[:, 1]).reshape(bright.shape)
     slope = gaussian_filter1d(bright, SOFT / step, axis=1, order=1)
     slope -= np.median(slope[inside]) if inside.any() else 0.0
     centre = np.interp(along, along[[0, -1]], [-0.5, 0.5])
@@ -103,9 +89,9 @@ def inner_edge(
     noise = 1.4826 * float(np.median(np.abs(scores[known]))) + 1e-9
     strength = np.where(known, np.abs(scores), 0.0)
     row, best = np.unravel_index(int(strength.argmax()), strength.shape)
-    if strength[row, best] < max(CLEAR * noise, LEAST):
+    if strength[row, best] < max(6.0 * noise, 0.25):
         return None
-    soft = np.hypot(SOFT, SEEN * photograph.resolution(frame.place(window.corner[None])))
+    soft = np.hypot(SOFT, 0.7 * photograph.resolution(frame.place(window.corner[None])))
     middle = _rim(across, np.where(known[row], scores[row], 0.0), int(best), float(soft))
     return window.line(middle, float(turns[row]), max(step, 0.3 * SOFT))
 
@@ -116,11 +102,11 @@ def _rim(across: np.ndarray, slopes: np.ndarray, best: int, soft: float) -> floa
     The rim may be a dark or bright band of width w, blurred by `soft`, with a strong gradient at each end: at the
     distance sqrt(soft^2 + w^2/4) from its middle. The stronger one has the index `best`.
     """
-    reach = round(WIDE / float(across[1] - across[0]))
+    reach = round(0.006 / float(across[1] - across[0]))
     strength = np.abs(slopes)
     peaks = np.flatnonzero((strength[1:-1] >= strength[:-2]) & (strength[1:-1] >= strength[2:])) + 1
     opposite = slopes[peaks] * slopes[best] < 0
-    other = peaks[opposite & (np.abs(peaks - best) <= reach) & (strength[peaks] > SECOND * strength[best])]
+    other = peaks[opposite & (np.abs(peaks - best) <= reach) & (strength[peaks] > 0.35 * strength[best])]
     if not len(other):
         return float(across[best])
     ends = across[[best, other[strength[other].argmax()]]]

@@ -20,16 +20,8 @@ from tatamu.cameras.opencv import opencv
 
 DIAGONAL = 0.04327
 """Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
-USUAL, SPREAD = 0.85, 0.35
-"""Focal length of a usual phone, as a fraction of the picture's longer side, and its relative standard deviation."""
-STATED_SPREAD = 0.05
-"""Relative standard deviation of a focal length that a photo's file states."""
-KNOWN_SPREAD = 0.005
-"""Relative standard deviation of a focal length from a lens file, because focusing changes the focal length."""
-CENTRE_SPREAD, KNOWN_CENTRE = 0.01, 0.001
-"""Standard deviation of the lens's centre without and with a lens file, as a fraction of the picture's longer side."""
-BENT, BENT_MORE = 0.03, 0.01
-"""Standard deviations of k1 and k2 without a lens file; phones correct most of the distortion."""
+USUAL = 0.85
+"""Focal length of a usual phone, as a fraction of the picture's longer side."""
 APART = 20.0
 """Minimum angle by which the board must turn between two of the photos that determine a lens [degrees]."""
 FEWEST = 4
@@ -69,6 +61,21 @@ def write_lens(lens: Lens, path: Path) -> None:
 def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
     """Convert a focal length `film`, which is stated for 35 mm film [mm], to pixels; None if `film` is None."""
     return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
+
+
+def expected(size: tuple[int, int], lens: Lens | None, focal: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the expected lens of a photo with a stated focal length [pixels], and its deviations, shape (5,) each.
+
+    The numbers are the logarithm of the focal length and the centre, both as fractions of the longer side, k1 and k2.
+    """
+    longer = max(size)
+    if lens is not None:
+        k1, k2 = (*lens.distortion, 0.0, 0.0)[:2]
+        known = np.array([np.log(lens.focal / longer), lens.centre[0] / longer, lens.centre[1] / longer, k1, k2])
+        return known, np.array([0.005, 0.001, 0.001, 1e-4, 1e-4])  # focusing changes the focal length
+    usual, wide = (USUAL, 0.35) if focal is None else (focal / longer, 0.05)
+    middle = np.array([np.log(usual), 0.5 * size[0] / longer, 0.5 * size[1] / longer, 0.0, 0.0])
+    return middle, np.array([wide, 0.01, 0.01, 0.03, 0.01])  # phones correct most of the distortion
 
 
 def turned(lens: Lens, orientation: int) -> Lens:

@@ -6,11 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROUNDS = 8
-"""Number of rounds of a line fit. In each round, the points get new weights."""
-TUNING = 2.0
-"""Distance from a fitted line, in standard deviations, at which a point has half of the full weight."""
-
 
 @dataclass(frozen=True)
 class Line:
@@ -30,13 +25,13 @@ class Line:
     def through(cls, points: np.ndarray) -> Line:
         """Fit a line to points, shape (n, 2), by total least squares with Cauchy's weights."""
         weight = np.ones(len(points))
-        for _ in range(ROUNDS):
+        for _ in range(8):
             origin = weight @ points / weight.sum()
             away = points - origin
             _, vectors = np.linalg.eigh((weight[:, None] * away).T @ away)
             off = away @ vectors[:, 0]
             scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
-            weight = 1.0 / (1.0 + (off / (TUNING * scale)) ** 2)
+            weight = 1.0 / (1.0 + (off / (2.0 * scale)) ** 2)
         rms = float(np.sqrt((weight * off**2).sum() / weight.sum()))
         spread = float(np.sqrt((weight * (away @ vectors[:, 1]) ** 2).sum() / weight.sum()))
         return cls(origin, vectors[:, 1], rms, spread, len(points))

@@ -19,17 +19,6 @@ from tatamu.cameras.shape import Shape, shape_of
 from tatamu.garments import make_garment
 from tatamu.study.result import Result
 
-TURNED_IN = 0.015
-"""Distance between a corner and the found outline [m] above which the corner counts as turned in."""
-OTHER = 0.15
-"""Maximum relative difference in width or length between the cloth and the expected garment."""
-OTHER_LENS = 0.015
-"""Smallest logarithm of a change of size at which the size without the lens file is looked at."""
-MOST_TURNED = 2
-"""Maximum number of corners that may be turned in; otherwise the cloth is another garment."""
-UNLIKE = 0.010
-"""Maximum root mean square distance between the outline in a photo and the garment's outline [m]."""
-
 
 def locate(
     photo: Path | str,
@@ -162,7 +151,7 @@ def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mappin
 def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str, ...]:
     """Return a note if the size of the cloth fits much better without the lens file."""
     off = float(np.abs(fit.parameters[3:]).max())
-    if off < OTHER_LENS:
+    if off < 0.015:
         return ()
     try:
         found = without_lens(photograph).view.camera.on_rim(edge, 2.0 * fit.shape.height)
@@ -179,7 +168,7 @@ def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str
 
 def _check_size(path: object, fit: Fit) -> None:
     """Refuse cloth whose size differs much from the expected size, because part of it was probably taken for table."""
-    if not (np.abs(np.log(fit.scale)) < OTHER).all():
+    if not (np.abs(np.log(fit.scale)) < 0.15).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
         raise InputError(
@@ -192,8 +181,8 @@ def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
     """Refuse an outline that does not fit the garment, and an outline with a corner that is turned in."""
     ring = shapely.LinearRing(found)
     gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
-    turned = {name: gap for name, gap in gaps.items() if gap > TURNED_IN and name not in shown}
-    if fit.rms > UNLIKE or len(turned) > MOST_TURNED:
+    turned = {name: gap for name, gap in gaps.items() if gap > 0.015 and name not in shown}
+    if fit.rms > 0.010 or len(turned) > 2:  # another garment, or wrinkles
         raise InputError(
             f"{path}: the outline must be that of a flat {fit.shape.name}, but deviates by {1e3 * fit.rms:.0f} mm and "
             f"lacks {len(turned)} corners; lay the cloth flat, or give another --garment"

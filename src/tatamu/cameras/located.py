@@ -12,13 +12,6 @@ from tatamu.cameras.fit import Fit
 from tatamu.cameras.photograph import Photograph
 from tatamu.cameras.pose import Pose
 
-DOUBTFUL = 0.003
-"""Standard deviation of a position [m] above which the user is asked for a better photo."""
-WRINKLED = 0.03
-"""Relative loss of area above which a cloth counts as wrinkled or shrunk."""
-OTHER_SIZE = 0.02
-"""Relative difference in width or length above which a cloth counts as having another size."""
-
 
 @dataclass(frozen=True)
 class Comparison:
@@ -39,9 +32,9 @@ class Comparison:
         size = f"{self.size[0]:.3f} x {self.size[1]:.3f} m"
         found = [f"compared with {size}: {', '.join(sides)}, area {100 * share:+.1f} %"]
         other = max(abs(now / then - 1) for now, then in zip(located.size, self.size, strict=True))
-        if share < -WRINKLED:
+        if share < -0.03:
             found.append("note: the area is too small; smooth out wrinkles, or learn the fold for this size")
-        elif other > OTHER_SIZE:
+        elif other > 0.02:
             found.append("note: the garment has another size than in the learned fold; learn the fold for this size")
         return found
 
@@ -115,7 +108,7 @@ class Located:
             *([] if self.learned is None else self.learned.lines(self)),
         ]
         found.extend(self.notes)
-        if max(x, y) > DOUBTFUL:
+        if max(x, y) > 0.003:
             known = f"the pose is known only to within {1e3 * max(x, y):.0f} mm"
             found.append(f"note: {known}; lay the board closer, or use a second page{lens}")
         if self.place is None:

@@ -13,16 +13,8 @@ from tatamu.cameras.opencv import opencv
 
 FEWEST = 8
 """Minimum number of corners that give the pose of a page."""
-WINDOW = 0.13
-"""Half the side of the window around a corner, as a fraction of a square; it must not reach the markers inside."""
 WINDOWS = (2, 10)
 """Minimum and maximum of half the side of this window [pixels]."""
-LOST = 2.0
-"""Distance [pixels] by which the refinement may move a corner; one that moves farther is dropped."""
-ROUNDS = 8
-"""Rounds of the refinement; the window follows the corner."""
-BLURRED = 9.0
-"""Width of a photograph's sharpest edges, in thousandths of its longer side, above which it counts as blurred."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +61,7 @@ def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
     """Return a chessboard's corners on the page and their refined pixels, without those that move too far."""
     first = pixels.reshape(-1, 2)
     found = saddles(grey, first)
-    kept = np.linalg.norm(found - first, axis=1) < LOST
+    kept = np.linalg.norm(found - first, axis=1) < 2.0
     return (places[kept], found[kept]) if kept.sum() >= FEWEST else (places, first)
 
 
@@ -83,14 +75,15 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     np.fill_diagonal(apart, np.inf)
-    reach = int(np.clip(np.round(WINDOW * np.median(apart.min(axis=0))), *WINDOWS))
+    # the window must not reach the markers inside the squares
+    reach = int(np.clip(np.round(0.13 * np.median(apart.min(axis=0))), *WINDOWS))
     side = np.arange(-reach, reach + 1.0)
     x, y = (each.ravel() for each in np.meshgrid(side, side))
     terms = np.column_stack([x**2, x * y, y**2, x, y, np.ones_like(x)])
     weighted = terms.T * np.exp(-2.0 * (x**2 + y**2) / reach**2)
     solve = np.linalg.solve(weighted @ terms, weighted)
     found = corners.copy()
-    for _ in range(ROUNDS):
+    for _ in range(8):  # the window follows the corner
         places = (found[:, None] + np.column_stack([x, y])).astype(np.float32)
         bright = opencv().remap(grey.astype(np.float32), places[..., 0], places[..., 1], opencv().INTER_CUBIC)
         a, b, c, d, e, _ = solve @ bright.T
@@ -113,7 +106,7 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
         raise InputError(
             f"board: must be a board of tatamu, given another board ({other}); print one with `tatamu board`"
         )
-    if edge_width(grey) > BLURRED:
+    if edge_width(grey) > 9.0:
         raise InputError("photo: is too blurred to find a board; hold the camera still and focus on the board")
     raise InputError(
         "board: must be seen in the photo; show the whole board beside the cloth, in even light, or give --sheet"

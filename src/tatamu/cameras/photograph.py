@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from tatamu.base.errors import InputError
 from tatamu.cameras.board import Board, load_board
@@ -20,17 +21,12 @@ from tatamu.garments.foreground import stand_out
 from tatamu.garments.photo import blocks, contour, reduction, softened
 from tatamu.garments.picture import Picture, read_picture
 
-ROOM = 0.004
-"""Width of the margin around a sheet of paper that is ignored in the search for cloth [m]."""
 SMALLEST = 400
 """Smallest allowed number of pixels along the shorter side of a photo."""
-WIDEST, WIDEST_PIXELS = 0.006, 10.0
-"""Width of the edge of the cloth, in metres and in pixels; a photograph above both limits counts as blurred. JPEG alone
-blurs colours over 4 pixels."""
+WIDEST = 0.006
+"""Width of the edge of the cloth [m] above which a photograph counts as blurred, if it is also many pixels wide."""
 OTHER_FOCAL = 1.25
 """Maximum ratio of the focal lengths that a lens file and a photo's file state."""
-SPACING = 2.0
-"""Distance between points along the outline of a cloth, in pixels of a reduced copy of the photograph."""
 
 Scale = Board | Sheet
 """What gives a photograph its scale."""
@@ -126,11 +122,12 @@ def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
     ignored = _drawn(photograph, reduced, image.shape[:2])
     found = stand_out(image, photograph.path, join, np.empty((0, 2)), ignored)
     curve = (contour(softened(found.mask)) + 0.5) * reduced - 0.5
-    curve = even(curve if _signed_area(curve) > 0 else curve[::-1], SPACING * reduced)
+    curve = even(curve if shapely.is_ccw(shapely.LinearRing(curve)) else curve[::-1], 2.0 * reduced)
     edges = step_edges(pixels, curve, closed_normals(curve), 2.5 * reduced + 3.0)
     wide = float(np.median(edges.width[edges.found])) if edges.found.any() else 0.0
     width = wide * photograph.resolution(photograph.view.camera.on_table(edges.points))
-    if width > WIDEST and wide > WIDEST_PIXELS:
+    # JPEG alone blurs colours over 4 pixels
+    if width > WIDEST and wide > 10.0:
         raise InputError(
             f"{photograph.path}: photo: is blurred; edges of the cloth must be at most {1e3 * WIDEST:.0f} mm wide, "
             f"given {1e3 * width:.0f} mm"
@@ -151,18 +148,12 @@ def _grey(pixels: np.ndarray) -> np.ndarray:
     return np.asarray(cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2GRAY))
 
 
-def _signed_area(curve: np.ndarray) -> float:
-    """Return the area inside a curve, positive if it is clockwise on the screen, where y points down."""
-    after = np.roll(curve, -1, axis=0)
-    return float(0.5 * (curve[:, 0] * after[:, 1] - curve[:, 1] * after[:, 0]).sum())
-
-
 def _drawn(photograph: Photograph, reduced: int, shape: tuple[int, int]) -> np.ndarray:
     """Return whether each pixel of a reduced copy of the photograph, shape (h, w), shows a sheet of paper."""
     covered = np.zeros(shape, dtype=np.uint8)
     for corners in photograph.papers:
         middle = corners.mean(axis=0)
-        out = corners + ROOM * np.sign(corners - middle)
+        out = corners + 0.004 * np.sign(corners - middle)
         pixels = (photograph.in_pixels(out) + 0.5) / reduced - 0.5
         opencv().fillPoly(covered, [np.round(pixels).astype(np.int32)], 1)
     return covered.astype(bool)

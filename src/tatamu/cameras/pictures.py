@@ -21,18 +21,10 @@ from tatamu.show.palette import day
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
 LONGEST = 1600
 """Largest number of pixels along the longer side of a picture for checking."""
-CLOSE = 1000
-"""Longer side of a picture that shows a part of the photograph [pixels]."""
-ROOM = 0.25
-"""Margin around the shown part of a photograph, as a fraction of the part's longer side."""
-OUTLINE, FITTED, AXES = "#d02090", "#ffffff", ("#d64a57", "#14968c")
-"""Colours of the found outline, of the fitted outline, and of the axes x and y."""
-ARROW = 0.08
-"""Length with which the axes of a coordinate frame are drawn [m]."""
+OUTLINE, FITTED = "#d02090", "#ffffff"
+"""Colours of the found outline and of the fitted outline."""
 MARGIN = 0.05
 """Width of the strip of table that is shown around the cloth in the view from above [m]."""
-FINEST = 0.0005
-"""Smallest size of a pixel in the view from above [m]."""
 
 
 class Overlay:
@@ -45,12 +37,12 @@ class Overlay:
         if around is None:
             low, high = np.zeros(2), np.array(image.size, dtype=float)
         else:
-            room = ROOM * np.ptp(around, axis=0).max()
+            room = 0.25 * np.ptp(around, axis=0).max()
             low = np.maximum(around.min(axis=0) - room, 0.0).round()
             high = np.minimum(around.max(axis=0) + room, image.size).round()
         self._low = low
         longer = float((high - low).max())
-        self._factor = min(1.0, LONGEST / longer) if around is None else CLOSE / longer
+        self._factor = min(1.0, LONGEST / longer) if around is None else 1000 / longer
         width, height = (int(side) for side in np.round((high - low) * self._factor))
         size = (width, height)
         self.image = image.crop((*low.astype(int), *high.astype(int))).resize(size, Image.Resampling.LANCZOS)
@@ -75,8 +67,8 @@ class Overlay:
         self.curve(self._photograph.in_pixels(places), colour, width, closed)
 
     def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
-        for axis, colour, letter in zip(turn.T, AXES, "xy", strict=True):
-            ends = self._photograph.in_pixels(np.array([origin, origin + ARROW * axis]))
+        for axis, colour, letter in zip(turn.T, ("#d64a57", "#14968c"), "xy", strict=True):
+            ends = self._photograph.in_pixels(np.array([origin, origin + 0.08 * axis]))
             self.curve(ends, colour, 2.0)
             self.dot(ends[1], colour, letter)
         self.dot(self._photograph.in_pixels(origin[None])[0], "#202020", name)
@@ -122,7 +114,7 @@ def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Im
 def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
     """Return a picture of the table around positions [m], shape (n, 2), from above, with the board's x to the right."""
     low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
-    pixel = max(FINEST, photograph.resolution(places), float((high - low).max()) / LONGEST)
+    pixel = max(0.0005, photograph.resolution(places), float((high - low).max()) / LONGEST)
     columns = np.arange(low[0], high[0], pixel)
     rows = np.arange(high[1], low[1], -pixel)
     x, y = np.meshgrid(columns, rows)

@@ -13,13 +13,8 @@ from tatamu.cameras.board import BAR, COLUMNS, MARKERS, PAPERS, ROWS, SQUARE, TO
 
 DOTS = 20_000
 """Number of dots per metre of a printed page."""
-INCH = 0.0254
-MARK = 0.005
-"""Length of the two lines that form a printed mark [m]."""
 LINE = 0.0003
 """Width of printed lines [m]."""
-LETTER = 0.0038
-"""Height of printed text [m]."""
 
 
 def page(board: Board, number: int) -> Image.Image:
@@ -51,12 +46,12 @@ def write_pdf(board: Board, path: Path) -> None:
             "modDate": None,
             "title": "tatamu board",
         }  # without dates, the same board always makes the same file
-        first.save(temporary, "PDF", resolution=DOTS * INCH, save_all=True, append_images=others, **dated)
+        first.save(temporary, "PDF", resolution=DOTS * 0.0254, save_all=True, append_images=others, **dated)
 
 
 def _mark(canvas: Any, x: int, y: int, right: int, down: int, name: str) -> None:
     """Draw a mark of the board: two lines outwards from a corner of the pattern, and the letter `name`."""
-    long, wide = round(MARK * DOTS), round(LINE * DOTS)
+    long, wide = round(0.005 * DOTS), round(LINE * DOTS)
     canvas.line([(x, y), (x + right * long, y)], 0, wide)
     canvas.line([(x, y), (x, y + down * long)], 0, wide)
     canvas.text((x + right * 0.7 * long, y + down * 0.8 * long), name, 0, _font(), anchor="mm")
@@ -74,4 +69,4 @@ def _bar(canvas: Any, left: int, y: int) -> None:
 
 
 def _font() -> Any:
-    return ImageFont.load_default(LETTER * DOTS)
+    return ImageFont.load_default(0.0038 * DOTS)

@@ -29,14 +29,6 @@ REACH = 0.06
 """Maximum distance of an edge from its target position [m]."""
 LENGTH = 0.12
 """Length of the part of a cloth's edge that is searched, measured from a corner of the cloth [m]."""
-UNSEEN = 0.012
-"""Distance from the visible outline [m] above which a hidden hem has no value."""
-WIDER = 0.006
-"""Excess of a hem's visible width [m] above which its corners probably belong to different layers."""
-GIVEN = 1.5
-"""Assumed standard deviation of a corner of the cloth that the user gives [pixels]."""
-ROUND = 0.3
-"""Distance between the rim of the cloth in the photo and the real edge, as a fraction of the cloth's thickness."""
 CORNERS = ("left", "right", "lower-left", "lower-right")
 """Names of corners that the user can give: two of the moved hem, and two of the opposite, lower hem."""
 
@@ -134,7 +126,7 @@ class FoldReader:
         self._edge = find_cloth(photograph).points
         self._axes = np.array([fold.normal, fold.crease.along])
         thickness = fold.garment.material.thickness
-        self._rim = ROUND * thickness
+        self._rim = 0.3 * thickness  # the rim in the photo is not exactly the edge
         self._heights = {"upper": float(fold.target[self._hem, 2].mean()), "lower": 0.5 * thickness}
         camera = photograph.view.camera
         self._outlines = {
@@ -186,7 +178,7 @@ class FoldReader:
             return
         left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
         seen = float(self._axes[1] @ (found["left"].place - found["right"].place))
-        if seen - float(self._axes[1] @ (left - right)) > WIDER:
+        if seen - float(self._axes[1] @ (left - right)) > 0.006:
             for side in ("left", "right"):
                 deviation = np.array([found[side].deviation[0], np.inf])
                 found[side] = _Corner(found[side].place, deviation, found[side].height)
@@ -218,12 +210,11 @@ class FoldReader:
         hem, flank = self._windows(side, vertex)
         upper_hem, lower_hem = self._edges(hem)
         upper_flank, lower_flank = self._edges(flank)
-        upper = lower = None
         doubt = 0.0 if upper_hem is None or lower_hem is not None else self._unseen(upper_hem, hem)
-        if upper_hem and upper_flank and doubt < UNSEEN:
+        upper = None
+        if upper_hem and upper_flank and doubt < 0.012:
             upper = self._met(upper_hem, upper_flank, "upper", 0.5 * doubt)
-        if lower_hem or lower_flank:
-            lower = self._lower(side, lower_hem, lower_flank)
+        lower = self._lower(side, lower_hem, lower_flank) if lower_hem or lower_flank else None
         return upper, lower
 
     def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
@@ -253,20 +244,16 @@ class FoldReader:
 
     def _unseen(self, edge: Line, hem: Window) -> float:
         """Return the maximum distance of a hidden hem from the visible hem [m]; infinite if no crease is visible."""
-        crease = self._crease()
-        if crease is None:
-            return np.inf
-        return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
-
-    def _crease(self) -> float | None:
-        """Return the distance of the crease from its target, along the fold [m]; None if the crease is not visible."""
         across = self._fold.crease.split(self._fold.target)[0]
         place = self._fold.target[int(across.argmin()), :2] @ self._axes[0]
         middle = self._fold.target[self._hem, :2].mean(axis=0) @ self._axes[1]
         half = 0.35 * float(np.linalg.norm(np.diff(self._fold.target[self._hem, :2], axis=0)))
         begin = place * self._axes[0] + (middle - half) * self._axes[1]
         line = outer_edge(self._outlines["upper"], Window(begin, self._axes[1], -self._axes[0], 2 * half, REACH))
-        return None if line is None else float(line.origin @ self._axes[0] - place)
+        if line is None:
+            return np.inf
+        crease = float(line.origin @ self._axes[0] - place)  # from its target, along the fold
+        return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
 
     def _met(self, hem: Line, flank: Line, layer: str, doubt: float = 0.0) -> _Corner:
         place = hem.meets(flank)
@@ -288,7 +275,7 @@ class FoldReader:
     def _given(self, name: str, pixel: np.ndarray) -> _Corner:
         layer = "lower" if name.startswith("lower") else "upper"
         place = self._in_frame(np.asarray(pixel, dtype=float)[None], self._heights[layer])[0]
-        size = GIVEN * self._photograph.resolution(self._frame.place(place[None]))
+        size = 1.5 * self._photograph.resolution(self._frame.place(place[None]))
         return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
 
     def _total(self, corner: _Corner) -> np.ndarray:

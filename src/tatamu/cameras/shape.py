@@ -11,12 +11,6 @@ from scipy.spatial import cKDTree
 
 from tatamu.garments import Garment
 
-SPACING = 0.002
-"""Distance between points along a garment's outline [m]."""
-ON = 0.004
-"""Largest distance between a garment's outline and a vertex of its mesh that can be a corner of the outline [m]."""
-SHARP = np.radians(35.0)
-"""Smallest change of an outline's direction that counts as a corner [rad]."""
 ARM = 0.02
 """Length of outline before a corner, and after it, over which the change of direction is measured [m]."""
 
@@ -35,7 +29,7 @@ class Shape:
     @cached_property
     def points(self) -> np.ndarray:
         """Points at equal distances along the garment's outline, in counter-clockwise order [m], shape (n, 2)."""
-        ring = shapely.segmentize(shapely.orient_polygons(self.polygon).exterior, SPACING)
+        ring = shapely.segmentize(shapely.orient_polygons(self.polygon).exterior, 0.002)
         return np.asarray(ring.coords)[:-1]
 
     @cached_property
@@ -93,9 +87,9 @@ def _named_corners(garment: Garment, points: np.ndarray) -> dict[str, np.ndarray
 
 def _is_corner(polygon: shapely.Polygon, place: np.ndarray) -> bool:
     ring = polygon.exterior
-    if ring.distance(shapely.Point(place)) > ON:
+    if ring.distance(shapely.Point(place)) > 0.004:
         return False
     at, whole = ring.project(shapely.Point(place)), ring.length
     before, here, after = (np.array(ring.interpolate(d % whole).coords[0]) for d in (at - ARM, at, at + ARM))
     turn = np.arccos(np.clip((here - before) @ (after - here) / ARM**2, -1.0, 1.0))
-    return bool(turn > SHARP)
+    return bool(turn > np.radians(35.0))

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from tatamu.base.errors import InputError
 from tatamu.cameras.board import PAPERS
@@ -19,14 +20,6 @@ from tatamu.cameras.opencv import opencv
 
 LONGEST = 1400
 """Number of pixels along the longer side to which photos are reduced for the search for a sheet of paper."""
-SMALLEST, LARGEST = 0.002, 0.4
-"""Smallest and largest fraction of the photo's area that a sheet of paper may cover."""
-PLAIN, SPOTS = 0.75, 0.02
-"""Minimum brightness of a plain sheet's pixels, as a fraction of their median, and maximum fraction of darker ones."""
-LEVELS = (0.6, 0.7, 0.8, 0.88)
-"""Thresholds that are tried to separate paper from darker areas, as fractions of the largest brightness."""
-RESIDUAL = 3.0
-"""Maximum root mean square distance between the corners of a bright area and those of a sheet [pixels]."""
 SIDE = 60
 """Number of positions along each side of a sheet of paper at which the edge is located."""
 
@@ -70,7 +63,7 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
                 views.append((ordered, estimate([(sheet.corners, ordered)], size, lens, focal)))
             except InputError:
                 continue
-    good = [view for _, view in views if view.rms < RESIDUAL]
+    good = [view for _, view in views if view.rms < 3.0]
     if not good:
         raise InputError(
             f"sheet: a white sheet of size {sheet.name} must be seen in the photo; lay the whole sheet flat on a "
@@ -88,19 +81,17 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
     dark = cv2.GaussianBlur(small.min(axis=2), (0, 0), 1.5)
     top = float(np.percentile(dark, 99.5))
     found: list[np.ndarray] = []
-    for level in LEVELS:
+    for level in (0.6, 0.7, 0.8, 0.88):
         outlines, _ = cv2.findContours((dark > level * top).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for outline in outlines:
             share = cv2.contourArea(outline) / dark.size
             quad = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)[:, 0]
-            if not SMALLEST < share < LARGEST or len(quad) != 4 or not cv2.isContourConvex(quad):
-                continue
-            if not _is_plain(dark, quad):
+            if not 0.002 < share < 0.4 or len(quad) != 4 or not cv2.isContourConvex(quad) or not _is_plain(dark, quad):
                 continue
             corners = (quad.astype(float) + 0.5) * factor - 0.5
-            after = np.roll(corners, -1, axis=0)
-            turn = (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).sum()
-            corners = corners if turn < 0 else corners[::-1]  # y points down in pixels
+            corners = (
+                corners[::-1] if shapely.is_ccw(shapely.LinearRing(corners)) else corners
+            )  # y points down in pixels
             if not any(np.abs(corners.mean(axis=0) - other.mean(axis=0)).max() < 5 * factor for other in found):
                 found.append(corners)
     return found
@@ -113,7 +104,7 @@ def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
     there = np.zeros(dark.shape, dtype=np.uint8)
     opencv().fillPoly(there, [inner], 1)
     inside = dark[there > 0]
-    return len(inside) > 0 and float((inside < PLAIN * np.median(inside)).mean()) < SPOTS
+    return len(inside) > 0 and float((inside < 0.75 * np.median(inside)).mean()) < 0.02
 
 
 def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:

@@ -74,31 +74,23 @@ def make_garment(
     Raises:
         InputError: If the name, the file or another argument is wrong.
     """
-    made = load_material(Path(material)) if isinstance(material, str | Path) else material
+    named = isinstance(material, str | Path)
+    fabric = load_material(Path(material)) if isinstance(material, str | Path) else material
     if size is None and isinstance(material, str | Path):
         size = measured_size(Path(material), name)
-    source = GarmentSource(name, size, spacing, scale, str(material) if isinstance(material, str | Path) else None)
-    return replace(_make(name, size, made, spacing, scale), source=source)
-
-
-def _make(
-    name: str,
-    size: tuple[float, float] | None,
-    material: Material | None,
-    spacing: float | None,
-    scale: float | None,
-) -> Garment:
-    if material is not None and not material.bending_rigidity > 0.0:
+    if fabric is not None and not fabric.bending_rigidity > 0.0:
         raise InputError("material.bending_rigidity: must be above 0, given 0, because a fold has no size otherwise")
-    if name not in GARMENTS:
-        if Path(name).suffix.lower() in SUFFIXES:
-            return load_garment(Path(name), size, material, spacing, scale)
+    if name in GARMENTS:
+        if scale is not None:
+            raise InputError(
+                f"scale: must be given with the file of a garment, given {scale:g} for {name}; use --size instead"
+            )
+        given = {"size": size, "material": fabric, "spacing": spacing}
+        made = GARMENTS[name](**{key: value for key, value in given.items() if value is not None})
+    elif Path(name).suffix.lower() in SUFFIXES:
+        made = load_garment(Path(name), size, fabric, spacing, scale)
+    else:
         raise InputError(
             f"garment: must be one of {', '.join(GARMENTS)} or a file ({', '.join(SUFFIXES)}), given {name!r}"
         )
-    if scale is not None:
-        raise InputError(
-            f"scale: must be given with the file of a garment, given {scale:g} for {name}; use --size instead"
-        )
-    given = {"size": size, "material": material, "spacing": spacing}
-    return GARMENTS[name](**{key: value for key, value in given.items() if value is not None})
+    return replace(made, source=GarmentSource(name, size, spacing, scale, str(material) if named else None))

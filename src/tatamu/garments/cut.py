@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -24,12 +25,6 @@ MOST_CORNERS = 2_000
 """Maximum number of corners of a curve, because libraries recurse once for each corner, or try all pairs."""
 MOST_NOTES = 5
 """Maximum number of notes on named curves that are not on the outline; one further note counts the others."""
-SAME = 0.99
-"""Maximum area of a hole, as a fraction of the outline's; a larger curve is the outline, drawn a second time."""
-WIDEST_ALLOWANCE, ALLOWANCE = 0.06, 0.15
-"""Maximum width of a seam allowance or hem [m], and as a fraction of the square root of the piece's area."""
-MARK = 0.05
-"""Maximum extent of a mark, as a fraction of the outline's. A mark, such as a notch, crosses the outline."""
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
@@ -77,7 +72,9 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     sides = {name: points[side] for name, side in named_sides(points, named).items()}
     cut_out = tuple(np.array(hole.coords) for hole in region.interiors)
     open_sides = tuple(named) if openings is None else tuple(openings)
-    _check_there(open_sides, sides, path)
+    for name in open_sides:
+        if name not in sides:
+            raise InputError(f"{path}: openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")
     notes = tuple(f"{name}: does not lie along the outline, so is not an opening" for name in stray[:MOST_NOTES])
     if len(stray) > MOST_NOTES:
         notes += (f"{len(stray) - MOST_NOTES} more named curves do not lie along the outline",)
@@ -94,12 +91,11 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     """
     outer, *inner = (_valid(_bounded(ring, path), path) for ring in rings)
     extent = max(np.ptp(rings[0], axis=0))
-    small = [ring for ring in inner if max(np.ptp(ring.exterior.coords, axis=0)) < MARK * extent]
-    marks = [ring for ring in small if not outer.covers(ring)]
-    across = {id(ring) for ring in marks}
-    inner = [ring for ring in inner if id(ring) not in across]
+    is_mark = [max(np.ptp(ring.exterior.coords, axis=0)) < 0.05 * extent and not outer.covers(ring) for ring in inner]
+    marks = list(compress(inner, is_mark))
+    inner = [ring for ring, mark in zip(inner, is_mark, strict=True) if not mark]
     notes = [f"left out: {counted(marks, 'closed curve')} across the outline"] if marks else []
-    if any(ring.area > SAME * outer.area for ring in inner):
+    if any(ring.area > 0.99 * outer.area for ring in inner):  # the outline, drawn a second time
         raise InputError(where(path, "must occur once in the drawing, given two copies"))
     if not all(outer.covers(ring) for ring in inner):
         raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
@@ -110,10 +106,10 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
             "seam and not like a hole (holes = true makes a hole)"
         )
         outer, *others = inner
-        inner = [ring for ring in others if outer.covers(ring) and not _follows(ring, outer)]
-        if len(others) > len(inner):
-            taken = {id(ring) for ring in inner}
-            left_out = [ring for ring in others if id(ring) not in taken]
+        is_hole = [outer.covers(ring) and not _follows(ring, outer) for ring in others]
+        inner = list(compress(others, is_hole))
+        left_out = [ring for ring, hole in zip(others, is_hole, strict=True) if not hole]
+        if left_out:
             notes.append(f"left out: {counted(left_out, 'closed curve')} along or across the inner line")
     if holes is False and inner:
         notes.append(f"left out: {counted(inner, 'closed curve')} inside the outline (holes = false)")
@@ -128,7 +124,8 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
 
 def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
     """Return whether the inner curve runs along the whole outer curve, at most a seam allowance's width inside it."""
-    allowance = min(WIDEST_ALLOWANCE, ALLOWANCE * float(np.sqrt(outer.area)))
+    # metres, and a fraction of the piece's size
+    allowance = min(0.06, 0.15 * float(np.sqrt(outer.area)))
     return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
 
 
@@ -181,9 +178,3 @@ def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
         number = sum(other == name or other.startswith(f"{name} ") for other in found)
         found[f"{name} {number + 1}" if name in found else name] = points
     return found
-
-
-def _check_there(openings: Sequence[str], sides: Mapping[str, np.ndarray], path: Path) -> None:
-    for name in openings:
-        if name not in sides:
-            raise InputError(f"{path}: openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")

@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.base.errors import InputError, one_line
+from tatamu.base.files import MIB
 from tatamu.garments.units import Unit
 
+LARGEST_DRAWING = 16 * MIB
+"""Largest size of a drawing's file [bytes]."""
+MOST_PARTS = 500_000
+"""Maximum number of elements and of numbers in paths, each included part counted as its own."""
+DEEPEST = 100
+"""Maximum depth to which parts include other parts."""
+SELF_SHOWN = "outline: must not contain a part that shows itself"
 FARTHEST = 1e9
 """Largest allowed coordinate of a drawing, in the drawing's unit."""
 MOST_POINTS = 100_000
 """Largest number of points of a curve in a drawing."""
-SAME = 1e-3
-"""Largest distance between both ends of a curve that counts as closed, as a fraction of the curve's length."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +65,14 @@ class DrawnPieces:
     unit: Unit
 
 
+def check_parts(count: int, depth: int, most: int = MOST_PARTS) -> None:
+    """Refuse a drawing with too many parts, or with parts that are too deep in one another."""
+    if depth >= DEEPEST:
+        raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
+    if count > most:
+        raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify the drawing")
+
+
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     """Make a curve without repeated points; None if fewer than two points are left.
 
@@ -75,7 +89,7 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
         raise InputError(
             f"outline: must have curves of at most {MOST_POINTS} points, given {len(points)}; simplify the drawing"
         )
-    closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < SAME * length.sum())
+    closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < 1e-3 * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,25 +13,26 @@ import shapely
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import foreign, opened, read_bytes
 from tatamu.garments import apparel
-from tatamu.garments.drawing import FARTHEST, DrawnCurve, DrawnPieces, Piece, polyline
+from tatamu.garments.drawing import (
+    FARTHEST,
+    LARGEST_DRAWING,
+    MOST_PARTS,
+    SELF_SHOWN,
+    DrawnCurve,
+    DrawnPieces,
+    Piece,
+    check_parts,
+    polyline,
+)
 from tatamu.garments.pieces import distinct, grouped
 from tatamu.garments.units import NAMES, Unit
-from tatamu.garments.unpacking import LARGEST_DRAWING, MOST_PARTS, check_unpacked
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 """Types of DXF entities that are curves."""
-NAMELESS = ("0", "defpoints")
-"""Layers that every DXF file has. Curves in these layers have no name."""
-FLATNESS = 1e-4
-"""Largest distance between an arc and the polyline that replaces it, unless the arc is very large [m]."""
-RELATIVE_FLATNESS = 1e-5
-"""Maximum distance between a very large arc and its polyline, as a fraction of the arc's extent."""
 MOST_ENTITIES = 60_000
 """Maximum number of entities, each inserted block counted as its own; each takes a third of a millisecond."""
 MOST_BENT = 10_000
 """Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
-MEETING = 1e-6
-"""Largest distance between two ends of curves that count as the same point [m]."""
 Layers = dict[str, list[np.ndarray]]
 
 
@@ -47,13 +49,21 @@ def read_dxf(path: Path) -> DrawnPieces:
 def _check_unpacked(document: Any) -> None:
     """Refuse a drawing whose inserted blocks, which may include other blocks many times, have too many entities."""
     blocks = {"": document.modelspace(), **{f"*{block.name.casefold()}": block for block in document.blocks}}
+    known: dict[str, int] = {}
 
-    def parts(name: str) -> Iterator[tuple[str, int]]:
+    def size(name: str, around: tuple[str, ...]) -> int:
+        if name not in blocks or name in known:
+            return known.get(name, 0)
+        if name in around:
+            raise InputError(SELF_SHOWN)
+        check_parts(0, len(around))
+        total = 1 + len(blocks[name])
         for insert in blocks[name].query("INSERT"):
-            shown = f"*{insert.dxf.name.casefold()}"
-            yield from [(shown, max(int(insert.mcount), 1))] if shown in blocks else []
+            total += max(int(insert.mcount), 1) * size(f"*{insert.dxf.name.casefold()}", (*around, name))
+        check_parts(total, 0, MOST_ENTITIES)
+        return known.setdefault(name, total)
 
-    check_unpacked("", parts, lambda name: 1 + len(blocks[name]), MOST_ENTITIES)
+    size("", ())
 
 
 def _pieces(document: Any, path: Path) -> DrawnPieces:
@@ -148,15 +158,16 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     if len(corners) > MOST_PARTS:
         raise InputError(f"outline: must have curves of at most {MOST_PARTS} points, given more in a {kind}")
     extent = float(np.ptp(corners, axis=0).max(initial=0.0)) if len(corners) else 0.0
-    near = max(FLATNESS / scale, RELATIVE_FLATNESS * extent, 1e-10 * float(np.abs(corners).max(initial=0.0)))
+    # at most 0.1 mm off, or more for very large arcs
+    near = max(1e-4 / scale, 1e-5 * extent, 1e-10 * float(np.abs(corners).max(initial=0.0)))
     return np.array([(p.x, p.y) for p in drawn.flattening(near)], dtype=float).reshape(-1, 2)
 
 
 def _curves(layers: Layers, scale: float) -> list[DrawnCurve]:
     found = [
-        polyline("" if layer.lower() in NAMELESS else layer, line)
+        polyline("" if layer.lower() in ("0", "defpoints") else layer, line)
         for layer, lines in layers.items()
-        for line in _merged(lines, MEETING / scale)
+        for line in _merged(lines, 1e-6 / scale)
     ]
     return [curve for curve in found if curve]
 
@@ -181,7 +192,4 @@ def _pattern(blocks: list[tuple[str, list[Any]]], loose: list[Any], scale: float
         return apparel.loose_pieces(curves)
     titles = [piece.name for _, piece in made]
     names = distinct([block if titles.count(piece.name) > 1 else piece.name for block, piece in made])
-    return tuple(
-        Piece(name, piece.curves, piece.grain, piece.fold, piece.remarks)
-        for name, (_, piece) in zip(names, made, strict=True)
-    )
+    return tuple(replace(piece, name=name) for name, (_, piece) in zip(names, made, strict=True))

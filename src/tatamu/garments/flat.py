@@ -9,16 +9,14 @@ import shapely
 
 from tatamu.base.errors import InputError
 from tatamu.garments.garment import Garment
-from tatamu.garments.meshfile import border_loops
+from tatamu.garments.meshfile import border_loops, fold_edges
 from tatamu.garments.openings import divided
 from tatamu.garments.outline import Outline
 from tatamu.garments.outline_sides import named_sides
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.simulation.material import Material
+from tatamu.simulation.mesh.meshing import twice_areas
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
-
-OVERLAP = 1.01
-"""Ratio of the area of triangles that face one way to the area that they cover, above which they lie on each other."""
 
 UNLIKE = 0.02
 """Largest area by which the outlines of a garment's front and back may differ, as a fraction of the garment's area."""
@@ -47,7 +45,7 @@ def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Mater
         vertices=np.column_stack([plan, height]),
         faces=faces,
         material=material,
-        seams=_between(faces, up),
+        seams=fold_edges(Topology(faces), up),
         rest=None if up.all() else np.column_stack([plan, np.zeros(len(plan))]),
         edges=edges,
         openings=openings,
@@ -110,15 +108,15 @@ def typical_edge(points: np.ndarray, faces: np.ndarray) -> float:
 
 def _facing(plan: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the triangles of a flat mesh, a single layer turned upwards, and whether each faces up, shape (m,)."""
-    a, b, c = (plan[faces[:, k]] for k in range(3))
-    up = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] > 0
+    up = twice_areas(plan, faces) > 0
     return (faces, up) if up.any() else (faces[:, ::-1], ~up)
 
 
 def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
     for side, name in ((up, "up"), (~up, "down")):
         triangles = shapely.polygons(plan[faces[side]])
-        if len(triangles) and shapely.area(triangles).sum() > OVERLAP * shapely.union_all(triangles).area:
+        # more area than they cover: they lie on each other
+        if len(triangles) and shapely.area(triangles).sum() > 1.01 * shapely.union_all(triangles).area:
             raise InputError(
                 f"mesh: must lie flat in one or two layers, but triangles that face {name} lie on each other"
             )
@@ -126,10 +124,3 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
 
 def _outer_loop(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return max(border_loops(faces), key=lambda loop: float(shapely.Polygon(plan[loop]).area))
-
-
-def _between(faces: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the edges between triangles that face up and down, shape (s, 2)."""
-    topology = Topology(faces)
-    ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
-    return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]

@@ -12,29 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, maximum_flow
+from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
 from scipy.sparse.linalg import splu
 
 from tatamu.base.errors import InputError
-from tatamu.garments.meshfile import border_loops, pieces
+from tatamu.garments.meshfile import border_loops, fold_edges, pieces
+from tatamu.simulation.mesh.meshing import twice_areas
 from tatamu.simulation.mesh.topology import Topology
-
-ROUNDS = 400
-PASSES, TENSE = 3, 0.3
-"""Number of passes, after each of which changed triangles get more weight, and the relative change that doubles it."""
-SMOOTHINGS, SLIVER = 60, 0.12
-"""Maximum number of passes that correct bad triangles, and minimum height of a good one relative to its longest
-side."""
-STILL = 1e-6
-"""Motion of every vertex in one step, relative to the garment's extent, below which the garment is at rest."""
-LEAST_WEIGHT = 0.05
-"""Minimum weight of a triangle's side, because half the cotangent of an obtuse angle is negative."""
-PRICES = (0.35, 1.0, 3.0)
-"""Costs of a mesh edge on the border between front and back, in triangles that face the wrong way. A higher cost gives
-a shorter border. All are tried, and the flat garment with the least strain is kept."""
-ONE_SIDED = 0.5
-"""Minimum difference between the areas of a panel that face up and down, relative to its area, at which the panel is
-not divided."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +53,8 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
         lengths: Desired length of the side opposite each corner [m], shape (m, 3).
         panels: Index of each triangle's panel, shape (m,).
     """
-    divisions = [facing_up(points, faces, panels, price) for price in PRICES]
+    # a higher price gives a shorter border; the flat garment with the least strain is kept
+    divisions = [facing_up(points, faces, panels, price) for price in (0.35, 1.0, 3.0)]
     distinct = [up for k, up in enumerate(divisions) if not any((up == other).all() for other in divisions[:k])]
     plans = [_laid_out(points[:, :2], faces, lengths, up) for up in distinct]
     return min(plans, key=lambda plan: (plan.wrong, plan.most))
@@ -78,12 +63,13 @@ def flattened(points: np.ndarray, faces: np.ndarray, lengths: np.ndarray, panels
 def _laid_out(plan: np.ndarray, faces: np.ndarray, lengths: np.ndarray, up: np.ndarray) -> Flattened:
     """Return the flat garment for a division into front (`up`) and back, from positions `plan` [m], shape (n, 2)."""
     stress = np.ones(len(faces))
-    for _ in range(PASSES):
+    for _ in range(3):
         plan = _rigid(plan, faces, _templates(lengths, up), stress)
-        turned = _signed(plan, faces) > 0.0  # a triangle next to the fold that does not turn is moved to the other side
+        turned = twice_areas(plan, faces) > 0.0  # if it stays so, a triangle next to the fold changes its side
         up = turned if _in_one_piece(faces, turned) else up
         strain = side_lengths(plan[faces]) / lengths - 1.0
-        stress *= 1.0 + (np.abs(strain).max(axis=1) / TENSE) ** 2
+        # a change of 30 % doubles a triangle's weight in the next pass
+        stress *= 1.0 + (np.abs(strain).max(axis=1) / 0.3) ** 2
         stress /= stress.mean()
     plan = _turned_right(plan, faces, up)
     wrong = int(_narrow(plan, faces, up, 0.0).sum())
@@ -119,7 +105,8 @@ def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: 
     wish = normal.copy()
     for panel in np.unique(panels):
         own = panels == panel
-        if panels.max() > 0 and abs(normal[own].sum()) > ONE_SIDED * area[own].sum():
+        # otherwise the panel is divided between front and back
+        if panels.max() > 0 and abs(normal[own].sum()) > 0.5 * area[own].sum():
             wish[own] = 10.0 * np.sign(normal[own].sum()) * area[own]
     return _cut(points, faces, wish / area.mean(), price)
 
@@ -158,12 +145,7 @@ def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) 
     left.data = np.where(left.data > 0, 1, 0)
     left.eliminate_zeros()
     seen = np.zeros(count + 2, dtype=bool)
-    seen[source] = True
-    front = seen
-    while front.any():
-        reached = np.asarray(left.T @ front.astype(np.int64)).ravel() > 0
-        front = reached & ~seen
-        seen = seen | reached
+    seen[breadth_first_order(left, source, return_predecessors=False)] = True
     return seen[:count]
 
 
@@ -202,7 +184,7 @@ def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: n
     ).tocsr()
     spread = gather.conj().T.tocsr()
     place = plan[:, 0] + 1j * plan[:, 1]
-    for _ in range(ROUNDS):
+    for _ in range(400):
         turn = gather @ place
         turn /= np.maximum(np.abs(turn), 1e-30)
         load = spread @ turn
@@ -210,7 +192,7 @@ def _rigid(plan: np.ndarray, faces: np.ndarray, templates: np.ndarray, stress: n
         after += (place - after).mean()
         moved = float(np.abs(after - place).max())
         place = after
-        if moved < STILL * float(np.abs(place - place.mean()).max()):
+        if moved < 1e-6 * float(np.abs(place - place.mean()).max()):
             break
     return np.column_stack([place.real, place.imag])
 
@@ -234,12 +216,11 @@ def _turned_right(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> np.nda
     """
     plan = plan.copy()
     topology = Topology(faces)
-    ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
-    fold = topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
+    fold = fold_edges(topology, up)
     along, around = _neighbours(fold, len(plan)), _neighbours(topology.edges, len(plan))
     folded = np.isin(np.arange(len(plan)), fold)
-    for _ in range(SMOOTHINGS):
-        bad = _narrow(plan, faces, up, SLIVER)
+    for _ in range(60):
+        bad = _narrow(plan, faces, up, 0.12)
         if not bad.any():
             break
         corners = np.unique(faces[bad])
@@ -258,21 +239,15 @@ def _neighbours(edges: np.ndarray, count: int) -> csr_array:
 
 def _narrow(plan: np.ndarray, faces: np.ndarray, up: np.ndarray, least: float) -> np.ndarray:
     """Return whether each triangle faces the wrong way, or is at most `least` times as high as its longest side."""
-    area = np.where(up, 1.0, -1.0) * _signed(plan, faces)
+    area = np.where(up, 1.0, -1.0) * twice_areas(plan, faces)
     return np.asarray(area <= least * (side_lengths(plan[faces]) ** 2).max(axis=1))
 
 
 def _cotangents(templates: np.ndarray) -> np.ndarray:
-    """Return half the cotangent of each triangle's angles, but at least `LEAST_WEIGHT`, shape (m, 3)."""
+    """Return half the cotangent of each triangle's angles, but at least 0.05, shape (m, 3)."""
     out = np.empty(templates.shape)
     for k in range(3):
         a, b = (templates[:, (k + j) % 3] - templates[:, k] for j in (1, 2))
         product = a.conj() * b
         out[:, k] = 0.5 * product.real / np.maximum(np.abs(product.imag), 1e-30)
-    return np.maximum(out, LEAST_WEIGHT)
-
-
-def _signed(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return twice the area of each triangle, negative if it faces down, shape (m,)."""
-    a, b, c = (plan[faces[:, k]] for k in range(3))
-    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    return np.maximum(out, 0.05)  # an obtuse angle would give a negative weight

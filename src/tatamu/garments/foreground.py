@@ -16,21 +16,12 @@ from tatamu.base.errors import InputError
 
 FRAME = 0.04
 """Width of the frame that shows only the table, as a fraction of the photo's extent."""
-LIGHTNESS = 0.6
-"""Weight of differences in lightness compared with colour; below 1, because a shadow changes only lightness."""
 FAINTEST = 6.0
 """Minimum difference in colour between garment and table [CIELAB units]."""
 SMALLEST, LARGEST = 0.02, 0.9
 """Minimum and maximum fraction of the photo that a garment covers."""
 EDGE = 4
 """Distance from the border of the photo [pixels] below which a garment touches it."""
-SIMILAR = 0.05
-"""Minimum area of a further region that may belong to the garment, relative to the largest."""
-DIVIDED = 0.4
-"""Maximum area of all other regions, relative to the largest, above which the garment is probably divided by a
-stripe."""
-FACING = 1.1
-"""Maximum distance of border points that face each other, as a multiple of the distance between the two regions."""
 
 
 @dataclass(frozen=True)
@@ -74,13 +65,14 @@ def stand_out(
             f"{path}: photo: no garment stands out from a plain table; give more contrast or crop the photo"
         )
     order = 1 + np.argsort(-sizes, kind="stable")
-    filled = [np.asarray(binary_fill_holes(regions == k)) for k in order if sizes[k - 1] >= SIMILAR * sizes.max()]
+    # smaller regions are ignored
+    filled = [np.asarray(binary_fill_holes(regions == k)) for k in order if sizes[k - 1] >= 0.05 * sizes.max()]
     largest, *others = filled
     others = [other for other in others if not (other & largest).any() and not _holds(other, apart)]
     share = sum(float(other.sum() / largest.sum()) for other in others)
     if join:
         largest, others = _joined([largest, *others]), []
-    elif share > DIVIDED:
+    elif share > 0.4:
         whole = _joined([largest, *others])
         helps = whole.sum() == whole[EDGE:-EDGE, EDGE:-EDGE].sum()
         remedy = "give --join if all regions are one garment, such as a striped shirt, or " if helps else ""
@@ -107,7 +99,8 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
     from scipy.ndimage import gaussian_filter
     from skimage.color import rgb2lab
 
-    lab = gaussian_filter(rgb2lab(image), (1.2, 1.2, 0)) * [LIGHTNESS, 1.0, 1.0]
+    # lightness counts less, because shadows change it, but not colour
+    lab = gaussian_filter(rgb2lab(image), (1.2, 1.2, 0)) * [0.6, 1.0, 1.0]
     height, width = lab.shape[:2]
     y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
@@ -143,7 +136,7 @@ def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
     borders = [_border(one), _border(other)]
     distances = [cKDTree(borders[1 - k]).query(borders[k])[0] for k in (0, 1)]
     gap = float(distances[0].min())
-    near = max(FACING * gap, gap + 3.0)
+    near = max(1.1 * gap, gap + 3.0)
     return gap, np.concatenate([border[away <= near] for border, away in zip(borders, distances, strict=True)])
 
 

@@ -9,8 +9,6 @@ import numpy as np
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 FLAT = 0.03
 """Largest thickness of a mesh that counts as flat, as a fraction of its width."""
-SQUARE = np.sin(np.radians(1.0))
-"""Sine of the angle from straight across the piece below which a grain line counts as exactly across."""
 
 
 def direction(axis: str) -> np.ndarray:
@@ -26,7 +24,7 @@ def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
     ahead = direction(up)[:2]
     if grain is not None:
         along = float(grain @ ahead)
-        ahead = grain if along >= -SQUARE else -grain
+        ahead = grain if along >= -np.sin(np.radians(1.0)) else -grain
     return np.array([[ahead[0], ahead[1]], [-ahead[1], ahead[0]]])
 
 

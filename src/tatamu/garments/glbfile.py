@@ -23,16 +23,12 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Numpy types of the components of an accessor, by their number in glTF."""
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
-HARMLESS: tuple[str, ...] = (
-    "KHR_mesh_quantization",
-    "KHR_materials",
-    "KHR_texture",
-    "KHR_lights",
-    "KHR_animation",
-    "KHR_xmp",
+DRACO = "KHR_draco_mesh_compression"
+COMPRESSED = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
+HARMLESS = (
+    *("KHR_mesh_quantization", "KHR_materials", "KHR_texture", "KHR_lights", "KHR_animation", "KHR_xmp"),
+    *("EXT_texture", "EXT_lights", "MSFT_texture", "MSFT_packing", "GOOGLE_texture"),
 )
-HARMLESS += ("EXT_texture", "EXT_lights", "MSFT_texture", "MSFT_packing", "GOOGLE_texture")
 """Beginnings of the extensions without which the shape of a mesh can be read."""
 TRIANGLES, STRIP, FAN = 4, 5, 6
 """Numbers of the ways in which the indices of a primitive make triangles."""
@@ -49,12 +45,12 @@ def parse_glb(data: bytes) -> TriangleMesh:
     if not parts:
         raise InputError("mesh: must have triangles, given none")
     first = np.cumsum([0, *(len(part.vertices) for part in parts)])
-    mapped = all(part.uv is not None for part in parts)
+    uv = [part.uv for part in parts if part.uv is not None]
     names = tuple(name for part in parts for name in part.parts)
     return TriangleMesh(
         np.concatenate([part.vertices for part in parts]),
         np.concatenate([part.faces + start for part, start in zip(parts, first[:-1], strict=True)]),
-        np.concatenate([np.asarray(part.uv) for part in parts]) if mapped else None,
+        np.concatenate(uv) if len(uv) == len(parts) else None,
         names if len(set(names)) > 1 else (),
     )
 
@@ -85,15 +81,12 @@ class _Glb:
 
     def parts(self) -> Iterator[TriangleMesh]:
         """Yield the mesh of each primitive with triangles, in the file's frame."""
-        for number, matrix in self.placed.items():
-            node = self.nodes[number]
-            if "mesh" not in node:
-                continue
-            mesh = self.header["meshes"][node["mesh"]]
-            name = str(node.get("name") or mesh.get("name") or "")
-            for primitive in mesh["primitives"]:
-                if primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN):
-                    yield self._part(primitive, node, mesh, matrix, name)
+        for number in self.placed:
+            if "mesh" in self.nodes[number]:
+                mesh = self.header["meshes"][self.nodes[number]["mesh"]]
+                for primitive in mesh["primitives"]:
+                    if primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN):
+                        yield self._part(primitive, mesh, number)
 
     def _placed(self) -> dict[int, np.ndarray]:
         """Return the matrix of each node of the scene, by the node's index."""
@@ -110,17 +103,10 @@ class _Glb:
             waiting += [(child, placed[number]) for child in self.nodes[number].get("children", ())]
         return dict(sorted(placed.items()))
 
-    def _part(
-        self,
-        primitive: Mapping[str, Any],
-        node: Mapping[str, Any],
-        mesh: Mapping[str, Any],
-        matrix: np.ndarray,
-        name: str,
-    ) -> TriangleMesh:
-        given = primitive["attributes"]
-        if set(COMPRESSED[:1]) & set(primitive.get("extensions", ())) and "bufferView" not in self._accessor(given):
-            raise InputError(f"mesh: needs {COMPRESSED[0]}, which cannot be read; export the file without compression")
+    def _part(self, primitive: Mapping[str, Any], mesh: Mapping[str, Any], number: int) -> TriangleMesh:
+        given, node, matrix = primitive["attributes"], self.nodes[number], self.placed[number]
+        if DRACO in primitive.get("extensions", ()) and "bufferView" not in self.header["accessors"][given["POSITION"]]:
+            raise InputError(f"mesh: needs {DRACO}, which cannot be read; export the file without compression")
         vertices = self.values(given["POSITION"]).astype(float)
         weights = node.get("weights", mesh.get("weights", ()))
         for weight, target in zip(weights, primitive.get("targets", ()), strict=False):
@@ -139,10 +125,8 @@ class _Glb:
             vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
             if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored node turns its triangles
                 faces, uv = faces[:, ::-1], None if uv is None else uv[:, ::-1]
+        name = str(node.get("name") or mesh.get("name") or "")
         return TriangleMesh(vertices, faces, uv, (name,) * len(faces))
-
-    def _accessor(self, attributes: Mapping[str, Any]) -> dict[str, Any]:
-        return dict(self.header["accessors"][attributes["POSITION"]])
 
     def _skinned(self, vertices: np.ndarray, given: Mapping[str, Any], skin: Mapping[str, Any]) -> np.ndarray:
         """Return the vertices of a skinned mesh, placed by its joints; the transform of its own node does not count."""
@@ -170,20 +154,19 @@ class _Glb:
             raise InputError(f"mesh: must have at most {MOST_VERTICES} vertices and {MAX_COUNT} indices, given {count}")
         found = np.zeros((count, width), kind)
         if "bufferView" in accessor:
-            found = self._viewed(accessor["bufferView"], accessor.get("byteOffset", 0), count, width, kind)
+            found = self._viewed(accessor, count, width, kind)
         if "sparse" in accessor:
             sparse = accessor["sparse"]
             where, what = sparse["indices"], sparse["values"]
             of = np.dtype(NUMBERS[where["componentType"]])
-            places = self._viewed(where["bufferView"], where.get("byteOffset", 0), sparse["count"], 1, of)[:, 0]
             found = found.copy()
-            found[places] = self._viewed(what["bufferView"], what.get("byteOffset", 0), sparse["count"], width, kind)
+            found[self._viewed(where, sparse["count"], 1, of)[:, 0]] = self._viewed(what, sparse["count"], width, kind)
         if accessor.get("normalized") and kind.kind in "iu":
             return np.maximum(found / np.iinfo(kind).max, -1.0)
         return found
 
-    def _viewed(self, number: int, offset: int, count: int, width: int, kind: np.dtype[Any]) -> np.ndarray:
-        view = self.header["bufferViews"][number]
+    def _viewed(self, of: Mapping[str, Any], count: int, width: int, kind: np.dtype[Any]) -> np.ndarray:
+        view, offset = self.header["bufferViews"][of["bufferView"]], of.get("byteOffset", 0)
         if "uri" in self.header["buffers"][view["buffer"]]:
             raise InputError(
                 "mesh: must contain its own vertices, given vertices in another file; export a single .glb file"

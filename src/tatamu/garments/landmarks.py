@@ -14,21 +14,6 @@ import shapely
 
 from tatamu.base.errors import InputError
 
-DEEP = 0.05
-"""Minimum depth of the gap under a sleeve, as a fraction of the outline's width."""
-CENTRAL = 0.25
-"""Maximum distance of the neck's middle from the outline's middle, as a fraction of the width."""
-DIP = 0.01
-"""Minimum depth of a curved neckline, as a fraction of the outline's height."""
-LEVEL = np.tan(np.radians(12.0))
-"""Maximum slope of a straight neckline; steeper parts are shoulders."""
-NARROWEST, WIDEST = 0.08, 0.6
-"""Minimum and maximum width of the neck, as fractions of the outline's width."""
-STRAIGHT = 0.02
-"""Maximum distance of a side from its chord, as a fraction of the outline's width."""
-ALIKE = 2.0
-"""Maximum ratio of the widths of both sleeves."""
-
 
 @dataclass(frozen=True)
 class _Pocket:
@@ -58,9 +43,11 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     points = outline
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     pockets = _pockets(points)
-    deep = [pocket for pocket in pockets if pocket.depth > DEEP * width]
-    sides = [[pocket for pocket in deep if _beside(pocket, side, low, width)] for side in (0.0, 1.0)]
-    neck = _neck(points, [pocket for pocket in pockets if pocket.depth > DIP * height])
+    deep = [pocket for pocket in pockets if pocket.depth > 0.05 * width]
+    # in the left and in the right third of the picture
+    sides = [[each for each in deep if abs((each.middle[0] - low[0]) / width - k) < 1.0 / 3.0] for k in (0.0, 1.0)]
+    # a neckline with less depth counts as straight
+    neck = _neck(points, [pocket for pocket in pockets if pocket.depth > 0.01 * height])
     for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
         if not found:
             raise InputError(
@@ -70,7 +57,7 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
     sleeves = [_sleeve_end(points, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]
     sizes = [float(np.linalg.norm(points[a] - points[b])) for a, b in sleeves]
-    if max(sizes) > ALIKE * min(sizes):
+    if max(sizes) > 2.0 * min(sizes):
         raise InputError(
             f"garment: the ends of its sleeves must be about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m"
         )
@@ -83,14 +70,9 @@ def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
     """Return the indices of the ends of a T-shirt's neck, the left one first; none if there is no neck."""
     low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
     centre = low[0] + 0.5 * width
-    top = [p for p in pockets if abs(p.middle[0] - centre) < CENTRAL * width and p.middle[1] - low[1] < height / 3.0]
-    if top:
-        ends = max(top, key=lambda pocket: pocket.depth).ends
-    else:
-        ends = _level_part(points, centre)
-    if len(ends) and NARROWEST * width < np.ptp(points[ends, 0]) < WIDEST * width:
-        return _by_x(ends, points)
-    return ()
+    top = [p for p in pockets if abs(p.middle[0] - centre) < 0.25 * width and p.middle[1] - low[1] < height / 3.0]
+    ends = max(top, key=lambda pocket: pocket.depth).ends if top else _level_part(points, centre)
+    return _by_x(ends, points) if len(ends) and 0.08 * width < np.ptp(points[ends, 0]) < 0.6 * width else ()
 
 
 def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
@@ -103,7 +85,8 @@ def _level_part(points: np.ndarray, centre: float) -> np.ndarray:
     if not len(across):
         return np.empty(0, dtype=np.int64)
     steps = np.abs(after - points)
-    level = steps[:, 1] <= LEVEL * steps[:, 0]
+    # steeper parts are shoulders
+    level = steps[:, 1] <= np.tan(np.radians(12.0)) * steps[:, 0]
     first = last = int(across[np.argmin(points[across, 1] + after[across, 1])])
     count = len(points)
     if not level[first]:
@@ -136,15 +119,10 @@ def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
     return first, second
 
 
-def _beside(pocket: _Pocket, side: float, low: np.ndarray, width: float) -> bool:
-    """Return whether a pocket lies in the left third (`side` 0) or right third (`side` 1)."""
-    return bool(abs((pocket.middle[0] - low[0]) / width - side) < 1.0 / 3.0)
-
-
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
     """Return the indices of the ends of a sleeve's opening: the side farthest from between underarm and neck."""
     way = _shorter_way(points, underarm, neck)
-    tolerance = STRAIGHT * float(np.ptp(points[:, 0]))
+    tolerance = 0.02 * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))
     at = [int(way[np.argmin(np.linalg.norm(points[way] - corner, axis=1))]) for corner in corners]
     away = np.linalg.norm(corners - 0.5 * (points[underarm] + points[neck]), axis=1)

@@ -15,10 +15,6 @@ from tatamu.simulation.scene import Cloth, Scene, Table
 from tatamu.simulation.simulators import simulate
 
 SECONDS = 2.0
-DRAG = 2.0
-"""Air drag of the falling garment [N s/m^3], so large that it sinks slowly."""
-FALL = 0.01
-"""Height above the table from which a garment falls [m]."""
 LYING, HIGHEST = 0.02, 0.04
 """Height of a fallen garment [m] above which a note says so, and above which it is a heap and is refused."""
 
@@ -38,8 +34,9 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
     Raises:
         InputError: If the simulation of the fall fails, or the garment ends as a heap.
     """
-    start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - FALL]
-    falling = material.model_copy(update={"air_drag": max(DRAG, material.air_drag)})
+    start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - 0.01]
+    # so much drag that the garment sinks slowly
+    falling = material.model_copy(update={"air_drag": max(2.0, material.air_drag)})
     scene = Scene(cloth=Cloth(vertices=start, faces=faces), material=falling, table=Table(), duration=SECONDS)
     try:
         lying = simulate(scene).positions[-1]

@@ -15,16 +15,12 @@ from scipy.spatial import cKDTree
 from tatamu.base.errors import InputError
 from tatamu.base.files import foreign, read_bytes
 from tatamu.garments.glbfile import parse_glb
-from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, TriangleMesh, read_obj
+from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, TriangleMesh, parse_obj
 from tatamu.garments.plyfile import parse_ply
 from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 
 FARTHEST = 1e9
 """Largest allowed coordinate in a mesh file, in the file's unit."""
-SAME = 1e-5
-"""Distance below which vertices count as one, as a fraction of the mesh's extent."""
-SLIVER = 1e-3
-"""Minimum area of a triangle, as a fraction of the square of its longest edge."""
 
 
 def read_mesh(path: Path) -> TriangleMesh:
@@ -36,7 +32,9 @@ def read_mesh(path: Path) -> TriangleMesh:
     kind = path.suffix.lower()
     if kind not in READERS:
         raise InputError(f"{path}: mesh: must be one of {', '.join(READERS)}")
-    mesh = READERS[kind](path)
+    data = read_bytes(path, LARGEST_MESH)
+    with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
+        mesh = READERS[kind](data)
     if not len(mesh.faces):
         raise InputError(f"{path}: mesh: must have triangles, given none")
     if len(mesh.faces) > MOST_TRIANGLES:
@@ -49,25 +47,11 @@ def read_mesh(path: Path) -> TriangleMesh:
     return mesh if mesh.uv is None or (np.abs(mesh.uv) < FARTHEST).all() else replace(mesh, uv=None)
 
 
-def _read_ply(path: Path) -> TriangleMesh:
-    data = read_bytes(path, LARGEST_MESH)
-    with foreign(path, "a mesh file"):
-        return parse_ply(data)
-
-
-def _read_glb(path: Path) -> TriangleMesh:
-    data = read_bytes(path, LARGEST_MESH)
-    with foreign(path, "a GLB file"):
-        return parse_glb(data)
-
-
-def _read_stl(path: Path) -> TriangleMesh:
+def _parse_stl(data: bytes) -> TriangleMesh:
     import trimesh
 
-    data = read_bytes(path, LARGEST_MESH)
-    with foreign(path, "a mesh file"):
-        loaded: Any = trimesh.load(io.BytesIO(_plain(data)), file_type="stl", force="mesh", process=False)
-        return TriangleMesh(np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64))
+    loaded: Any = trimesh.load(io.BytesIO(_plain(data)), file_type="stl", force="mesh", process=False)
+    return TriangleMesh(np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64))
 
 
 def _plain(data: bytes) -> bytes:
@@ -78,8 +62,8 @@ def _plain(data: bytes) -> bytes:
     return bytes(byte if byte < 128 else ord("?") for byte in data)
 
 
-READERS = {".obj": read_obj, ".ply": _read_ply, ".stl": _read_stl, ".glb": _read_glb}
-"""Function that reads each mesh format, by the file name's ending."""
+READERS = {".obj": parse_obj, ".ply": parse_ply, ".stl": _parse_stl, ".glb": parse_glb}
+"""Function that reads the bytes of each mesh format, by the file name's ending."""
 FORMATS = tuple(READERS)
 
 
@@ -97,7 +81,7 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 
     Positions are rounded first, so that fewer are compared; then those that are close but rounded apart are joined.
     """
-    near = max(SAME * float(np.ptp(vertices, axis=0).max()), 1e-12)
+    near = max(1e-5 * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
     pairs = cKDTree(vertices[first]).query_pairs(near, output_type="ndarray")
     joined = csr_array((np.ones(len(pairs)), pairs.T), shape=(len(first), len(first)))
@@ -107,7 +91,7 @@ def _places(vertices: np.ndarray) -> np.ndarray:
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     """Return the faults of a mesh that cannot be used as cloth, each in a few words."""
     topology, found = Topology(faces), []
-    flat = areas(vertices, faces) < SLIVER * longest_sides(vertices, faces) ** 2
+    flat = areas(vertices, faces) < 1e-3 * longest_sides(vertices, faces) ** 2
     if flat.any():
         found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
     double = len(vertices) - len(np.unique(_places(vertices)))
@@ -148,6 +132,12 @@ def pieces(faces: np.ndarray) -> np.ndarray:
     rank = np.empty(int(found.max()) + 1, dtype=np.int64)
     rank[found[np.argsort(-sizes, kind="stable")]] = np.arange(len(found))
     return rank[number]
+
+
+def fold_edges(topology: Topology, up: np.ndarray) -> np.ndarray:
+    """Return the edges between triangles that face up and down, shape (s, 2)."""
+    ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
+    return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
 
 
 def border_loops(faces: np.ndarray) -> list[np.ndarray]:

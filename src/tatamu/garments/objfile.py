@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB, read_bytes
+from tatamu.base.files import MIB
 from tatamu.garments.polygons import triangulate
 
 LARGEST_MESH = 64 * MIB
@@ -17,8 +16,6 @@ MOST_TRIANGLES = 200_000
 """Maximum number of triangles; with a tenth of it, simulations take minutes."""
 MOST_VERTICES = 3 * MOST_TRIANGLES
 """Maximum number of vertices: three for each triangle, as in STL files."""
-LONGEST_LINE = 100_000
-"""Largest number of characters in a line of an OBJ file."""
 
 
 @dataclass(frozen=True)
@@ -45,22 +42,22 @@ class TriangleMesh:
         )
 
 
-def read_obj(path: Path) -> TriangleMesh:
-    """Read the mesh of an OBJ file; faces with more than three corners are cut into triangles.
+def parse_obj(data: bytes) -> TriangleMesh:
+    """Read the mesh in the bytes of an OBJ file; faces with more than three corners are cut into triangles.
 
     Comments and names may be in any encoding, because only the numbers matter.
     """
-    text = read_bytes(path, LARGEST_MESH).decode("utf-8", "replace")
+    text = data.decode("utf-8", "replace")
     reader = _Reader()
     for number, line in enumerate(text.replace("\\\n", " ").replace("\\\r\n", " ").splitlines(), start=1):
         try:
-            if len(line) > LONGEST_LINE:
+            if len(line) > 100_000:
                 raise ValueError(f"the line has {len(line)} characters")
             reader.take(line.split("#", 1)[0].split())
         except (ValueError, IndexError, OverflowError) as error:
             shown = line.strip()[:40]
             reason = f": {error}" if str(error) and not isinstance(error, IndexError) else ""
-            raise InputError(f"{path}: is not a mesh file (line {number}, {shown!r}, is no OBJ{reason})") from None
+            raise ValueError(f"line {number}, {shown!r}, is no OBJ{reason}") from None
     return reader.mesh()
 
 

@@ -9,11 +9,6 @@ from itertools import pairwise
 import numpy as np
 from shapely import Polygon
 
-CORNER = np.radians(30.0)
-"""Minimum change of direction at a corner [rad]; the mesh keeps all corners."""
-FEWEST = 4
-"""Minimum number of segments of a closed curve in a mesh."""
-
 
 @dataclass(frozen=True)
 class Outline:
@@ -104,7 +99,7 @@ def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
     """Return points at distances of about `spacing` along a polyline, shape (n, 2), with its ends and corners."""
     steps = np.diff(path, axis=0)
     turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(steps[:, 1], steps[:, 0])))))
-    knots = [0, *(np.flatnonzero(turn > CORNER) + 1), len(path) - 1]
+    knots = [0, *(np.flatnonzero(turn > np.radians(30.0)) + 1), len(path) - 1]
     pieces = [_even(path[a : b + 1], spacing) for a, b in pairwise(knots)]
     return np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
 
@@ -112,5 +107,5 @@ def resampled(path: np.ndarray, spacing: float) -> np.ndarray:
 def _even(path: np.ndarray, spacing: float) -> np.ndarray:
     arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     closed = bool((path[0] == path[-1]).all())
-    at = np.linspace(0.0, arc[-1], max(FEWEST if closed else 1, round(arc[-1] / spacing)) + 1)
+    at = np.linspace(0.0, arc[-1], max(4 if closed else 1, round(arc[-1] / spacing)) + 1)
     return np.column_stack([np.interp(at, arc, path[:, k]) for k in (0, 1)])

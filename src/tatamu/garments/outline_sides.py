@@ -9,8 +9,6 @@ from shapely import LineString, Point, distance, line_interpolate_point, points
 
 from tatamu.base.errors import InputError
 
-QUARTERS = ("bottom", "right", "top", "left")
-"""Names of the sides of an outline that face the directions -x, -y, +x and +y."""
 SHORTEST = 0.03
 """Minimum length of an unnamed side, as a fraction of the outline's; a shorter one becomes part of its neighbour."""
 FARTHEST = 0.03

@@ -20,23 +20,8 @@ from tatamu.garments.resolution import MOST_VERTICES
 from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
 
-DROPPED = (0.56, 0.62, 0.68, 0.74)
-"""Minimum distances of lattice points from the outline [spacings] that are tried; the best mesh is kept."""
-NEAREST = 0.52
-"""Minimum distance of an inner point from the outline [spacings]. Above half a spacing, Delaunay triangulation keeps
-the edges of the outline."""
 RELAXED = 1.7
 """Maximum distance from the outline at which lattice points are moved [spacings]."""
-PASSES = 12
-SHARPEST = np.radians(20.0)
-"""Minimum angle of a triangle after an edge is flipped [rad]."""
-SHORTEST = 0.15
-"""Minimum length of an edge [spacings]."""
-CLEAR = 0.01
-"""Distance between parts of an outline [spacings] below which it is refused at once, because edges would be too
-short."""
-SPLITS = 4
-"""Maximum number of attempts; after each, edges of the outline that are too short or missing are halved."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +44,10 @@ def panel(outline: Outline, spacing: float) -> Panel:
     """
     curves = _sampled(outline, spacing)
     _check_possible(curves, spacing)
-    for _ in range(SPLITS):
-        made = [_filled(outline, curves, spacing, dropped) for dropped in DROPPED]
+    for _ in range(4):
+        made = [_filled(outline, curves, spacing, dropped) for dropped in (0.56, 0.62, 0.68, 0.74)]
         best = max(made, key=lambda mesh: _quality(mesh, spacing))
-        missing = _missing(best) or _shorter(best, SHORTEST * spacing)
+        missing = _missing(best) or _shorter(best, 0.15 * spacing)
         if not missing:
             return best
         curves = {name: _split(curve, best.paths[name], missing) for name, curve in curves.items()}
@@ -77,7 +62,7 @@ def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
             f"outline: must have at most {MOST_VERTICES // 2} points in its mesh, given {count}; simplify the drawing"
         )
     border = shapely.unary_union([shapely.LineString(curve) for curve in curves.values()])
-    if shapely.minimum_clearance(border) < CLEAR * spacing:
+    if shapely.minimum_clearance(border) < 0.01 * spacing:  # edges would be too short
         start, end = shapely.get_coordinates(shapely.minimum_clearance_line(border))
         raise _too_near(0.5 * (start + end), spacing)
 
@@ -123,7 +108,7 @@ def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dro
     away = shapely.distance(shapely.points(lattice), border)
     inner = lattice[shapely.contains_xy(region, *lattice.T) & (away > dropped * spacing)]
     points = _relaxed(fixed, inner, region, border, spacing)
-    order = _row_order(points, spacing)
+    order = np.lexsort([points[:, 1], np.round(points[:, 0] / (ROW * spacing))])
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
     points = points[order]
@@ -146,10 +131,6 @@ def _lattice(around: np.ndarray, spacing: float) -> np.ndarray:
     return np.column_stack([(r * ROW * spacing).ravel(), ((c + 0.5 * (r % 2)) * spacing).ravel()])
 
 
-def _row_order(points: np.ndarray, spacing: float) -> np.ndarray:
-    return np.lexsort([points[:, 1], np.round(points[:, 0] / (ROW * spacing))])
-
-
 def _triangles(points: np.ndarray, region: shapely.Polygon) -> np.ndarray:
     """Return the counter-clockwise Delaunay triangles inside the region, shape (m, 3)."""
     faces = delaunay(points)
@@ -168,14 +149,15 @@ def _relaxed(
     """Return all points; inner ones next to the border are moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
     loose = len(fixed) + np.flatnonzero(shapely.distance(shapely.points(inner), border) < RELAXED * spacing)
-    for _ in range(PASSES if len(loose) else 0):
+    for _ in range(12 if len(loose) else 0):
         pairs = Topology(_triangles(points, region)).edges
         both = np.concatenate([pairs, pairs[:, ::-1]])
         joined = sparse.csr_array((np.ones(len(both)), both.T), shape=(len(points), len(points)))[loose]
         count = np.asarray(joined.sum(axis=1)).ravel()
         middle = (joined @ points) / np.maximum(count, 1)[:, None]
         fits = shapely.contains_xy(region, *middle.T) & (count > 0)
-        fits &= shapely.distance(shapely.points(middle), border) > NEAREST * spacing
+        # more than half a spacing, because Delaunay triangulation then keeps the edges of the outline
+        fits &= shapely.distance(shapely.points(middle), border) > 0.52 * spacing
         points[loose[fits]] = middle[fits]
     return points
 
@@ -211,7 +193,7 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
         a, b, c, d = chords[0]
         both = np.array([[c, a, d], [d, b, c]])
         faces = faces[~(np.isin(faces, [a, b]).sum(axis=1) == 2)]
-        sharp = angles(points, both).min() < SHARPEST or (twice_areas(points, both) <= 0).any()
+        sharp = angles(points, both).min() < np.radians(20.0) or (twice_areas(points, both) <= 0).any()
         if sharp or np.isin([c, d], sewn).all():
             both = np.array([[a, len(points), c], [len(points), b, c], [b, len(points), d], [len(points), a, d]])
             points = np.vstack([points, 0.5 * (points[a] + points[b])])

@@ -18,11 +18,6 @@ from tatamu.base.errors import InputError
 from tatamu.garments.foreground import SMALLEST, stand_out
 from tatamu.garments.picture import read_picture
 
-LONGEST = 1400
-"""Maximum number of pixels along the longer side after a photo is reduced for speed."""
-SIMPLER = 0.004
-"""Maximum motion of the outline by simplification, as a fraction of the garment's longer side."""
-
 
 @dataclass(frozen=True)
 class Photo:
@@ -61,7 +56,7 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
         notes = _others_note(found.others)
     outline = (contour(share) + 0.5) * reduced - 0.5
     extent = float(np.ptp(outline, axis=0).max())
-    simple = shapely.Polygon(outline).simplify(SIMPLER * extent).exterior.coords[:-1]
+    simple = shapely.Polygon(outline).simplify(0.004 * extent).exterior.coords[:-1]
     return Photo(pixels, np.array(simple), notes)
 
 
@@ -77,7 +72,7 @@ def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
 
 def reduction(pixels: np.ndarray) -> int:
     """Return the width of the blocks of pixels that are averaged to reduce a picture before the search [pixels]."""
-    return max(1, int(np.ceil(max(pixels.shape[:2]) / LONGEST)))
+    return max(1, int(np.ceil(max(pixels.shape[:2]) / 1400)))
 
 
 def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:

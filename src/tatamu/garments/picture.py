@@ -13,19 +13,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, foreign, read_bytes
 
-MAX_FILE = 256 * MIB
-"""Largest size of a picture's file [bytes]."""
 MAX_PIXELS = 100_000_000
-FORMATS = ("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF")
-"""Picture formats that can be read."""
-MASKED = 0.97
-"""Maximum fraction of a picture that a mask keeps; an alpha channel that keeps more only rounds the corners."""
-DEPTHS = (8, 10, 12, 14, 16)
-"""Numbers of bits that cameras use in files of 16 bits."""
-BRIGHTEST = 16.0
-"""Biggest floating point number of a picture whose white is 1."""
-BACK = {5: 5, 6: 8, 7: 7, 8: 6}
-"""Orientation tag that undoes another one; each of the others undoes itself."""
 ORIENTATION, BITS, WIDTH, HEIGHT = 274, 258, 256, 257
 """Numbers of tags in EXIF and TIFF."""
 
@@ -46,7 +34,8 @@ class Picture:
     @property
     def sensor(self) -> np.ndarray:
         """Pixels in the orientation of the camera's sensor, shape (h, w, 3) or (w, h, 3)."""
-        return np.ascontiguousarray(turned(self.pixels, BACK.get(self.orientation, self.orientation)))
+        back = {6: 8, 8: 6}.get(self.orientation, self.orientation)  # each of the others undoes itself
+        return np.ascontiguousarray(turned(self.pixels, back))
 
 
 def turned(pixels: np.ndarray, orientation: int) -> np.ndarray:
@@ -62,7 +51,7 @@ def read_picture(path: Path) -> Picture:
     Raises:
         InputError: If the file cannot be read, is not a picture, or is too large.
     """
-    data = read_bytes(path, MAX_FILE)
+    data = read_bytes(path, 256 * MIB)
     with foreign(path, "a picture that can be read here"):
         file = _opened(data, path)
         size = file.size if file is not None else _tiff_size(data)
@@ -82,7 +71,8 @@ def read_picture(path: Path) -> Picture:
 
 
 def _picture(pixels: np.ndarray, alpha: np.ndarray | None, film: float | None, orientation: int) -> Picture:
-    cuts_out = alpha is not None and (alpha > 127).mean() < MASKED
+    # an alpha channel that keeps more only rounds the picture's corners
+    cuts_out = alpha is not None and (alpha > 127).mean() < 0.97
     return Picture(np.ascontiguousarray(pixels), alpha if cuts_out else None, film, orientation)
 
 
@@ -91,7 +81,7 @@ def _opened(data: bytes, path: Path) -> Any:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        return Image.open(io.BytesIO(data), formats=FORMATS)
+        return Image.open(io.BytesIO(data), formats=("JPEG", "PNG", "WEBP", "BMP", "TIFF", "GIF"))
     except UnidentifiedImageError:
         if data[:4] in (b"II*\0", b"MM\0*"):
             return None
@@ -150,8 +140,8 @@ def _eight_bits(values: np.ndarray) -> np.ndarray:
     if not np.isfinite(values).all():
         raise InputError("photo: must have finite pixels, given nan or infinity")
     top = float(values.max(initial=0))
-    whites = [float(2**depth - 1) for depth in DEPTHS]
-    if values.dtype.kind == "f" and top <= BRIGHTEST:
+    whites = [float(2**depth - 1) for depth in (8, 10, 12, 14, 16)]
+    if values.dtype.kind == "f" and top <= 16.0:  # their white is 1
         whites = [1.0, top]
     white = next((white for white in whites if top <= white), top)
     return np.clip(np.round(values * (255.0 / white)), 0, 255).astype(np.uint8)

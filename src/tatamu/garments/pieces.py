@@ -9,14 +9,9 @@ import shapely
 
 from tatamu.base.errors import InputError
 from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
-from tatamu.garments.unpacking import MOST_CURVES
 
-INSIDE = 0.5
-"""Minimum fraction of a closed curve's area inside another one of the same piece."""
-MOST_OVERLAPS = 100_000
-"""Maximum number of pairs of closed curves that overlap, because each pair takes time."""
-MARK = 1e-3
-"""Maximum area of a mark, such as a notch, that crosses the border of a piece, as a fraction of the piece's area."""
+MOST_CURVES = 5_000
+"""Maximum number of closed curves of a drawing, and of open curves."""
 
 
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
@@ -55,7 +50,8 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
     for number, own in enumerate(regions):
         near = sorted(int(other) for other in tree.query(own) if other in groups)
         overlaps += len(near)
-        if overlaps > MOST_OVERLAPS:
+        # each pair takes time
+        if overlaps > 100_000:
             raise InputError("outline: must have closed curves inside or beside one another, given too many that cross")
         around = next((other for other in near if _surrounds(regions[other], own)), number)
         groups.setdefault(around, []).append(number)
@@ -66,7 +62,7 @@ def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
     """Return whether most of `region` lies inside `outer`, or it is a small mark that touches `outer`."""
     if not shapely.intersects(outer, region):
         return False
-    return bool(region.area < MARK * outer.area or outer.intersection(region).area > INSIDE * region.area)
+    return bool(region.area < 1e-3 * outer.area or outer.intersection(region).area > 0.5 * region.area)
 
 
 def _region(loop: DrawnCurve) -> shapely.Geometry:

@@ -6,9 +6,9 @@ lengths and their properties (columns); a property may be a list, such as the co
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
@@ -21,10 +21,9 @@ TYPES = {
     **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
-ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-"""Byte order of each format; empty for text."""
-CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
-"""Codes of numpy's types in the module `struct`."""
+Order = Literal["<", ">"]
+ORDERS: dict[str, Order | None] = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
+"""Byte order of each format; None for text."""
 FACES = ("vertex_index", "vertex_indices")
 """Names of the property that lists a face's vertices."""
 
@@ -55,19 +54,21 @@ def parse_ply(data: bytes) -> TriangleMesh:
         ValueError: If the bytes are not a PLY file, or the file is incomplete.
         InputError: If the mesh has more vertices or faces than a garment's mesh may have.
     """
-    order, elements, body = _header(data)
-    source = _Text(body) if not order else _Binary(body, order)
+    order, elements, data = _header(data)
+    body = _Text(data) if order is None else _Body(data, order)
     vertices, polygons = np.empty((0, 3)), list[list[int]]()
     for element in elements:
         try:
             if element.name == "vertex":
                 names = [each.name for each in element.properties]
-                vertices = source.table(element)[:, [names.index(axis) for axis in "xyz"]]
+                vertices = body.table(element)[:, [names.index(axis) for axis in "xyz"]]
             elif element.name == "face":
-                polygons = list(source.lists(element))
-            else:
-                _skip(source, element)
-        except (IndexError, struct.error):
+                polygons = list(body.lists(element))
+            elif element.has_lists:
+                list(body.lists(element))
+            elif element.properties:
+                body.table(element)
+        except IndexError:
             raise ValueError(
                 f"the file is cut short: its header states {element.count} of element {element.name}"
             ) from None
@@ -78,18 +79,18 @@ def parse_ply(data: bytes) -> TriangleMesh:
     return TriangleMesh(vertices, np.array(faces, dtype=np.int64).reshape(-1, 3))
 
 
-def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
+def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
     """Return the byte order, the elements, and the data after the header."""
     head, mark, body = data.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
         raise ValueError("the file has no header of a PLY file")
-    order = None
+    stated = ""
     elements: list[_Element] = []
     for words in lines[1:]:
         match words:
             case ["format", name, _] if name in ORDERS:
-                order = ORDERS[name]
+                stated = name
             case ["element", name, count] if count.isdecimal():
                 elements.append(_Element(name, int(count)))
             case ["property", "list", counted_by, kind, name] if elements:
@@ -100,83 +101,68 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
                 pass
             case _:
                 raise ValueError(f"its header has the line {' '.join(words)[:40]!r}")
-    if order is None:
+    if not stated:
         raise ValueError("its header states no format")
     for element in elements:
         most = {"vertex": MOST_VERTICES, "face": MOST_TRIANGLES}.get(element.name, MOST_VERTICES)
         if element.count > most:
             raise InputError(f"mesh: must have at most {most} of element {element.name}, given {element.count}")
-    return order, elements, body[2:] if body.startswith(b"\r\n") else body[1:]
+    return ORDERS[stated], elements, body[2:] if body.startswith(b"\r\n") else body[1:]
 
 
-class _Text:
-    def __init__(self, body: bytes) -> None:
-        self._words = body.split()
+class _Body:
+    """The data of a binary file, which are taken one after the other."""
+
+    def __init__(self, data: bytes, order: Order = "<") -> None:
+        self._data = data
+        self._order = order
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
-        """Return a table without lists, shape (count, properties)."""
+        """Return an element without lists, shape (count, properties)."""
         if element.has_lists:
             raise ValueError(f"its element {element.name} has lists")
-        width = len(element.properties)
-        return np.array(self._taken(width * element.count), dtype=float).reshape(-1, width)
+        return self._rows(element)
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
         """Yield the vertices of each face."""
         for _ in range(element.count):
             corners: list[int] = []
             for each in element.properties:
-                count = int(self._taken(1)[0]) if each.counted_by else 1
-                found = self._taken(count)
-                corners = [int(word) for word in found] if each.name in FACES else corners
-            yield corners
-
-    def _taken(self, count: int) -> list[bytes]:
-        words = self._words[self._next : self._next + count]
-        if count < 0 or len(words) < count:
-            raise IndexError
-        self._next += count
-        return words
-
-
-class _Binary:
-    def __init__(self, body: bytes, order: str) -> None:
-        self._body = body
-        self._order = order
-        self._next = 0
-
-    def table(self, element: _Element) -> np.ndarray:
-        if element.has_lists:
-            raise ValueError(f"its element {element.name} has lists")
-        row = np.dtype([(f"p{k}", self._order + each.kind) for k, each in enumerate(element.properties)])
-        end = self._next + row.itemsize * element.count
-        if end > len(self._body):
-            raise IndexError
-        rows = np.frombuffer(self._body, row, element.count, self._next) if element.count else np.empty(0, row)
-        self._next = end
-        return np.column_stack([rows[name].astype(float) for name in row.names or ()])
-
-    def lists(self, element: _Element) -> Iterator[list[int]]:
-        for _ in range(element.count):
-            corners: list[int] = []
-            for each in element.properties:
                 count = int(self._taken(each.counted_by, 1)[0]) if each.counted_by else 1
+                if count < 0:
+                    raise IndexError
                 found = self._taken(each.kind, count)
                 corners = [int(value) for value in found] if each.name in FACES else corners
             yield corners
 
-    def _taken(self, kind: str, count: int) -> tuple[float, ...]:
-        if count < 0:
+    def _rows(self, element: _Element) -> np.ndarray:
+        row = np.dtype([(f"p{k}", each.kind) for k, each in enumerate(element.properties)])
+        rows = self._taken(row, element.count)
+        return np.column_stack([rows[name].astype(float) for name in row.names or ()])
+
+    def _taken(self, kind: np.dtype[Any] | str, count: int) -> Any:
+        kind = np.dtype(kind).newbyteorder(self._order)
+        end = self._next + kind.itemsize * count
+        if end > len(self._data):
             raise IndexError
-        form = f"{self._order}{count}{CODES[kind]}"
-        values = struct.unpack_from(form, self._body, self._next)
-        self._next += struct.calcsize(form)
-        return values
+        start, self._next = self._next, end
+        return np.frombuffer(self._data[start:end], kind)
 
 
-def _skip(source: _Text | _Binary, element: _Element) -> None:
-    if element.has_lists:
-        for _ in source.lists(element):
-            pass
-    elif element.properties:
-        source.table(element)
+class _Text(_Body):
+    """The words of a text file."""
+
+    def __init__(self, data: bytes) -> None:
+        super().__init__(data)
+        self._words = data.split()
+
+    def _rows(self, element: _Element) -> np.ndarray:
+        width = len(element.properties)
+        return np.array(self._taken("", width * element.count), dtype=float).reshape(-1, width)
+
+    def _taken(self, kind: np.dtype[Any] | str, count: int) -> Any:
+        start, self._next = self._next, self._next + count
+        if self._next > len(self._words):
+            raise IndexError
+        return self._words[start : self._next]

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
+from tatamu.simulation.mesh.meshing import twice_areas
+
 MOST_CORNERS = 2_000
 
 
@@ -26,9 +28,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
     if count == 3:
         return fan
     flat = _in_plane(vertices[list(corners)])
-    a, b, c = (flat[[triangle[k] for triangle in fan]] for k in range(3))
-    turns = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    if (turns >= 0.0).all() or not np.isfinite(flat).all():
+    if (twice_areas(flat, np.array(fan)) >= 0.0).all() or not np.isfinite(flat).all():
         return fan
     return _divided(flat)
 

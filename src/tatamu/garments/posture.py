@@ -21,14 +21,6 @@ from tatamu.garments.meshfile import border_loops
 ALIGNED = np.cos(np.radians(30.0))
 """Cosine of the angle from an axis of the file below which the axis is used instead of a direction of the mesh, which
 is less exact."""
-CLEAR = 0.6
-"""Ratio of the errors of symmetry of the best direction and of the usual one, from which the usual one is used."""
-MIDDLE = 0.12
-"""Maximum distance of a middle opening from the middle plane, as a fraction of the width."""
-LONGER = 1.1
-"""Minimum ratio of the hem's length to that of every other middle opening."""
-TILTED = 0.08
-"""Minimum height difference between front and back of a neckline that shows the front, relative to the length."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +96,7 @@ def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
     axes = [along, np.cross(through, along), *_principal(points, through)]
     misfit = [_asymmetry(points, np.cross(through, axis)) for axis in axes]
     best = int(np.argmin(misfit))
-    if misfit[0] <= misfit[best] / CLEAR:
+    if misfit[0] <= misfit[best] / 0.6:
         return along  # the usual axis in files
     return axes[best] * (1.0 if axes[best] @ along > -1e-9 else -1.0)
 
@@ -126,13 +118,13 @@ def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
 def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
     """Return 1 if `ahead` points away from the hem, otherwise -1."""
     width, length = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
-    central = [loop for loop in loops if abs(float((loop @ aside).mean())) < MIDDLE * width]
+    central = [loop for loop in loops if abs(float((loop @ aside).mean())) < 0.12 * width]
     outer = [loop for loop in loops if not any(loop is other for other in central)]
     heights = [float((loop @ ahead).mean()) for loop in central]
     if len(central) >= 2:
         around = [_around(loop) for loop in central]
         hem = int(np.argmax(around))
-        if around[hem] < LONGER * sorted(around)[-2]:
+        if around[hem] < 1.1 * sorted(around)[-2]:
             return 1.0
         difference = max(heights[:hem] + heights[hem + 1 :], key=lambda h: abs(h - heights[hem])) - heights[hem]
     elif len(central) == 1 and len(outer) >= 2:
@@ -157,7 +149,7 @@ def _forward(ahead: np.ndarray, through: np.ndarray, points: np.ndarray, loops: 
     depth = depth - depth.mean()
     spread = float(depth @ depth)
     fall = -float(depth @ (height - height.mean())) / spread * float(np.ptp(depth)) if spread > 0.0 else 0.0
-    return float(np.sign(fall)) if abs(fall) > TILTED * float(np.ptp(points @ ahead)) else usual
+    return float(np.sign(fall)) if abs(fall) > 0.08 * float(np.ptp(points @ ahead)) else usual
 
 
 def _axis(way: np.ndarray) -> str:

@@ -7,12 +7,8 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.simulation.material import Material
 
-CELLS_PER_BENDING_LENGTH = 2.0
-"""Bending lengths per default spacing; folds are accurate up to a spacing of 0.55 (docs/theory/bending.md)."""
 PASSABLE = 0.65
 """Maximum spacing with passable folds [bending lengths] (docs/theory/bending.md)."""
-COARSEST, FINEST = 0.02, 0.004
-"""Maximum and minimum spacing chosen from the bending length [m]."""
 FINEST_GIVEN = 1e-3
 """Minimum spacing that the user may give [m]."""
 SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
@@ -25,7 +21,8 @@ CELL = np.sqrt(0.75)
 
 def spacing_for(material: Material) -> float:
     """Return the mesh spacing that resolves the folds of a material [m]."""
-    return float(np.clip(material.bending_length / CELLS_PER_BENDING_LENGTH, FINEST, COARSEST))
+    # folds are accurate up to a spacing of 0.55 bending lengths (docs/theory/bending.md)
+    return float(np.clip(material.bending_length / 2.0, 0.004, 0.02))
 
 
 def default_spacing(material: Material, area: float) -> float:

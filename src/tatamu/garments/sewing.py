@@ -24,9 +24,6 @@ from tatamu.garments.resolution import (
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology
 
-FINER, STEP = 4, 0.75
-"""Maximum number of default spacings that are tried, and the ratio of each to the previous one."""
-
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
     """Make a garment of a single panel. Every side of its outline is open."""
@@ -97,10 +94,10 @@ def _meshed(
         return panel(outline, given), given, notes
     spacing = min(default_spacing(material, area), largest_spacing(outline.size))
     outline, notes = outline.without_marks(spacing)
-    for _ in range(FINER):
+    for _ in range(4):  # finer and finer
         with suppress(InputError):
             return panel(outline, spacing), spacing, notes
-        spacing *= STEP
+        spacing *= 0.75
         if not spacing_is_possible(spacing, outline.size, area):
             break
     raise InputError(

@@ -9,29 +9,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB, foreign, read_text
-from tatamu.garments.drawing import DrawnPieces, where
+from tatamu.garments.drawing import LARGEST_DRAWING, DrawnPieces, where
 from tatamu.garments.pieces import grouped
-from tatamu.garments.svg_shapes import PIXELS, Page, Shape, view_box, visible_shapes
+from tatamu.garments.svg_shapes import INCH, LENGTH, UNITS, Page, Shape, view_box, visible_shapes
 from tatamu.garments.units import Unit
-from tatamu.garments.unpacking import LARGEST_DRAWING
 
-INCH = 0.0254
-LENGTHS = {
-    "mm": (1e-3, "millimetres"),
-    "cm": (1e-2, "centimetres"),
-    "q": (0.25e-3, "quarter millimetres"),
-    "in": (INCH, "inches"),
-    "pt": (INCH / 72.0, "points of 1/72 inch"),
-    "pc": (INCH / 6.0, "picas of 1/6 inch"),
-}
-"""Metres and name of each unit of `width`, except px."""
-LENGTH = re.compile(r"\s*([+-]?[0-9]*\.?[0-9]+(?:e[+-]?[0-9]+)?)\s*(mm|cm|q|in|pt|pc|px|)\s*", re.IGNORECASE)
 GIVEN_BY_PROGRAM = re.compile(
     r"(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve|group|g|use|svg|layer|spline|object)"
     r"[\s_.-]*[0-9][0-9\s_.-]*|(path|line|polyline|polygon|rect|rectangle|ellipse|circle|vector|shape|curve)",
@@ -39,13 +27,6 @@ GIVEN_BY_PROGRAM = re.compile(
 )
 """Names that drawing programs give, such as path1234, Rectangle_2 or Vector."""
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
-
-
-@dataclass(frozen=True)
-class _Program:
-    name: str
-    pixels: int = 96
-    """Number of px per inch."""
 
 
 def read_svg(path: Path) -> DrawnPieces:
@@ -83,64 +64,57 @@ def _name(shape: Shape) -> str:
     return ""
 
 
+def _sizes(root: ElementTree.Element) -> dict[str, re.Match[str]]:
+    found = {side: LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")}
+    return {side: size for side, size in found.items() if size and size[2].lower() in UNITS and float(size[1]) > 0.0}
+
+
 def _page(root: ElementTree.Element) -> Page | None:
     """Return the visible area in units of the drawing, if the file states it."""
-    sizes = [LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")]
-    pixels = [float(found[1]) * PIXELS[found[2].lower()] for found in sizes if found]
-    stated = Page(0.0, 0.0, *pixels) if len(pixels) == 2 and min(pixels) > 0.0 else None
-    return view_box(root) or stated
+    pixels = [float(size[1]) * UNITS[size[2].lower()].pixels for size in _sizes(root).values()]
+    return view_box(root) or (Page(0.0, 0.0, *pixels) if len(pixels) == 2 else None)
 
 
-def _program(root: ElementTree.Element, text: str) -> _Program:
+def _program(root: ElementTree.Element, text: str) -> tuple[str, int]:
+    """Return the kind of file that a program wrote, and its number of px per inch."""
     version = root.get(f"{INKSCAPE}version", "")
     if version or "http://www.inkscape.org/namespaces" in text:
         first = re.match(r"0\.([0-9]+)", version)
-        return _Program("Inkscape SVG", 90 if first and int(first[1]) < 92 else 96)
-    if re.search(r"<!--\s*Generator:\s*Adobe Illustrator", text) or "http://ns.adobe.com/" in text:
-        return _Program("Illustrator SVG", 72)
-    if re.search(r'<svg[^>]*\sdata-name="Layer', text):  # Illustrator's export for screens, which has no comment
-        return _Program("Illustrator SVG", 72)
-    return _Program("SVG")
+        return "Inkscape SVG", 90 if first and int(first[1]) < 92 else 96
+    # Illustrator's export for screens has no comment, but names its layers.
+    if re.search(r"<!--\s*Generator:\s*Adobe Illustrator|http://ns.adobe.com/|<svg[^>]*\sdata-name=\"Layer", text):
+        return "Illustrator SVG", 72
+    return "SVG", 96
 
 
 def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
     """Return the unit of the drawing's coordinates."""
-    program = _program(root, text)
-    pixel = INCH / program.pixels
-    pixels = "points of 1/72 inch" if program.pixels == 72 else f"pixels of 1/{program.pixels} inch"
-    sizes = {side: LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")}
-    given = {side: found for side, found in sizes.items() if found and float(found[1]) > 0.0}
-    if not given:
-        if program.name != "SVG":
-            return Unit(pixel, pixels, f"{program.name} without a width")
+    program, per_inch = _program(root, text)
+    pixel = INCH / per_inch
+    name = "points of 1/72 inch" if per_inch == 72 else f"pixels of 1/{per_inch} inch"
+    sizes, seen = _sizes(root), view_box(root)
+    if not sizes and program == "SVG":
         return Unit(1e-3, "millimetres", "assumed: the SVG has no width")
-    side, found = next(iter(given.items()))
-    name = LENGTHS.get(found[2].lower(), (pixel, pixels))[1]
-    stated = f"{program.name}, {side} {found[0].strip()}"
-    seen = view_box(root)
+    if not sizes:
+        return Unit(pixel, name, f"{program} without a width")
+    side, first = next(iter(sizes.items()))
+    stated = f"{program}, {side} {first[0].strip()}"
     if seen is None:
-        return Unit(pixel, pixels, f"{stated}, no viewBox")
-    return Unit(_per_unit(root, given, (seen.width, seen.height), pixel, path), name, stated)
+        return Unit(pixel, name, f"{stated}, no viewBox")
+    scales = [float(size[1]) * (UNITS[size[2].lower()].metres or pixel) / getattr(seen, k) for k, size in sizes.items()]
+    return Unit(_scale(scales, root.get("preserveAspectRatio", ""), path), UNITS[first[2].lower()].name or name, stated)
 
 
-def _per_unit(
-    root: ElementTree.Element, given: dict[str, re.Match[str]], seen: tuple[float, float], pixel: float, path: Path
-) -> float:
-    """Return the length of one unit of a drawing [m], whose visible extent `seen` is fitted into the stated size."""
-    extent = dict(zip(("width", "height"), seen, strict=True))
-    scales = []
-    for side, found in given.items():
-        metres = LENGTHS.get(found[2].lower(), (pixel, ""))[0]
-        scales.append(float(found[1]) * metres / extent[side])
-    if max(scales) > 1.001 * min(scales):
-        fitting = root.get("preserveAspectRatio", "")
-        if fitting.strip().startswith("none"):
-            raise InputError(
-                where(
-                    path,
-                    "must not be stretched (preserveAspectRatio none), because its width does not give the scale of "
-                    "its height",
-                )
+def _scale(scales: list[float], fitting: str, path: Path) -> float:
+    """Return the length of one unit of a drawing [m] that is fitted into a page, from those along its sides."""
+    if max(scales) <= 1.001 * min(scales):
+        return scales[0]
+    if fitting.strip().startswith("none"):
+        raise InputError(
+            where(
+                path,
+                "must not be stretched (preserveAspectRatio none), because its width does not give the scale of its "
+                "height",
             )
-        return max(scales) if "slice" in fitting else min(scales)
-    return scales[0]
+        )
+    return max(scales) if "slice" in fitting else min(scales)

@@ -9,15 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
-from tatamu.garments.drawing import DrawnCurve, polyline
-from tatamu.garments.unpacking import DEEPEST, MOST_PARTS
+from tatamu.garments.drawing import SELF_SHOWN, DrawnCurve, check_parts, polyline
 
 STEPS = 32
 """Number of points per curved segment of an SVG path."""
@@ -36,9 +35,31 @@ GEOMETRY = {
     "polygon": (),
     "path": (),
 }
+SIZES = {"rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}
+"""Lengths of each kind of shape without which nothing is drawn."""
 INHERITED = ("visibility", "fill", "clip-rule")
-PIXELS = {"": 1.0, "px": 1.0, "mm": 96 / 25.4, "cm": 96 / 2.54, "q": 96 / 101.6, "in": 96.0, "pt": 96 / 72, "pc": 16.0}
-"""Length of each unit in units of the drawing (CSS Values and Units, section 6.2)."""
+INCH = 0.0254
+
+
+class LengthUnit(NamedTuple):
+    """A unit of lengths (CSS Values and Units, section 6.2)."""
+
+    pixels: float
+    metres: float = 0.0
+    """0 for px, which is not the same in all programs."""
+    name: str = ""
+
+
+UNITS = {
+    "": LengthUnit(1.0),
+    "px": LengthUnit(1.0),
+    "mm": LengthUnit(96 / 25.4, 1e-3, "millimetres"),
+    "cm": LengthUnit(96 / 2.54, 1e-2, "centimetres"),
+    "q": LengthUnit(96 / 101.6, 0.25e-3, "quarter millimetres"),
+    "in": LengthUnit(96.0, INCH, "inches"),
+    "pt": LengthUnit(96 / 72, INCH / 72.0, "points of 1/72 inch"),
+    "pc": LengthUnit(16.0, INCH / 6.0, "picas of 1/6 inch"),
+}
 LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*([a-z%]*)\s*", re.IGNORECASE)
 NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
 REFERENCE = re.compile(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""")
@@ -108,13 +129,12 @@ class _Drawing:
     def __init__(self, root: Element) -> None:
         self.named = {element.get("id"): element for element in reversed([*root.iter()]) if element.get("id")}
         self.sheet = _style_sheet("\n".join(e.text or "" for e in root.iter() if _tag(e) == "style"))
-        self.left = MOST_PARTS
+        self.count = 0
         self.cut: set[str] = set()
 
     def children(self, element: Element, place: _Place) -> Iterator[Shape]:
         inner = replace(place, within=(*place.within, element))
-        if len(inner.within) > DEEPEST:
-            raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
+        check_parts(0, len(place.within))
         children = list(element)
         if _tag(element) == "switch":
             children = [each for each in children if _tag(each) in (*CONTAINERS, *GEOMETRY)][:1]
@@ -126,11 +146,8 @@ class _Drawing:
         tag = _tag(element)
         if tag not in CONTAINERS and tag not in GEOMETRY:
             return
-        self.left -= 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
-        if self.left < 0:
-            raise InputError(
-                f"outline: must have at most {MOST_PARTS} elements and numbers of paths; simplify the drawing"
-            )
+        self.count += 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
+        check_parts(self.count, 0)
         style = self._style(element, place.style)
         if style.get("display") == "none":
             return
@@ -165,14 +182,13 @@ class _Drawing:
         if target is None:
             return
         if target in place.within or target is element:
-            raise InputError("outline: must not contain a part that shows itself")
+            raise InputError(SELF_SHOWN)
         moved = _moved(place, _length("x", style, place), _length("y", style, place))
         moved = replace(moved, within=(*place.within, element))
         given = {side: style[side] for side in ("width", "height") if side in style}
-        if _tag(target) == "symbol":
-            shapes = self._framed(target, moved, {**self._style(target, {}), "x": "0", "y": "0", **given})
-        elif _tag(target) == "svg":
-            shapes = self._framed(target, moved, {**self._style(target, {}), **given})
+        if _tag(target) in ("symbol", "svg"):
+            origin = {"x": "0", "y": "0"} if _tag(target) == "symbol" else {}
+            shapes = self._framed(target, moved, {**self._style(target, {}), **origin, **given})
         else:
             shapes = self.shapes(target, moved)
         for shape in shapes:
@@ -207,12 +223,9 @@ class _Drawing:
         if element is None or not shapes:  # without its target, a reference has no effect
             return shapes
         if element in place.within:
-            raise InputError("outline: must not contain a part that shows itself")
+            raise InputError(SELF_SHOWN)
         style = self._style(element, {})
-        if (
-            style.get(f"{name.removesuffix('-path')}{'Path' if name == 'clip-path' else 'Content'}Units")
-            == "objectBoundingBox"
-        ):
+        if style.get("clipPathUnits" if name == "clip-path" else "maskContentUnits") == "objectBoundingBox":
             place = _boxed(place, shapes)
         region = self._region(element, _transformed(replace(place, style={}), style), name)
         if style.get("clip-path", "none") != "none":
@@ -327,12 +340,12 @@ def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
     """Return a length in the element's own coordinates; 0 if it is not given."""
     text = style.get(name, "0")
     found = LENGTH.fullmatch(text)
-    if found is None or (found[2].lower() not in PIXELS and found[2] != "%"):
+    if found is None or (found[2].lower() not in UNITS and found[2] != "%"):
         raise InputError(
             f"outline: {name} must be a number, a length in mm, cm, in, pt or px, or %, given {text[:40]!r}"
         )
     if found[2] != "%":
-        return float(found[1]) * PIXELS[found[2].lower()]
+        return float(found[1]) * UNITS[found[2].lower()].pixels
     if place.page is None:
         raise InputError(f"outline: {name} is {text[:40]} of a page without a size; give the drawing a viewBox")
     width, height = place.page.width, place.page.height
@@ -353,25 +366,17 @@ def _fitted(box: Page, width: float, height: float, fitting: str) -> tuple[np.nd
 
 def _curves(tag: str, style: Mapping[str, str], place: _Place) -> Iterator[DrawnCurve]:
     """Yield the curves of a shape in the drawing's coordinates."""
-    import svgelements as se
+    import svgelements
 
     lengths = {name: _length(name, style, place) for name in GEOMETRY[tag] if style.get(name, "auto") != "auto"}
-    if tag == "rect":
-        rx, ry = lengths.get("rx", lengths.get("ry", 0.0)), lengths.get("ry", lengths.get("rx", 0.0))
-        made = se.Rect(*(lengths.get(name, 0.0) for name in ("x", "y", "width", "height")), rx, ry)
-        drawn = min(lengths.get("width", 0.0), lengths.get("height", 0.0)) > 0.0
-    elif tag in ("circle", "ellipse"):
-        radii = [lengths.get("r", 0.0)] * 2 if tag == "circle" else [lengths.get("rx", 0.0), lengths.get("ry", 0.0)]
-        made = se.Ellipse(lengths.get("cx", 0.0), lengths.get("cy", 0.0), *radii)
-        drawn = min(radii) > 0.0
-    elif tag == "line":
-        made, drawn = se.SimpleLine(*(lengths.get(name, 0.0) for name in GEOMETRY[tag])), True
-    elif tag == "path":
-        made, drawn = _path(style.get("d", "")), True
+    if not all(lengths.get(name, 0.0) > 0.0 for name in SIZES.get(tag, ())):
+        return
+    if tag == "path":
+        made = _path(style.get("d", ""))
     else:
-        made = (se.Polygon if tag == "polygon" else se.Polyline)(style.get("points", ""))
-        drawn = True
-    for part in se.Path(made).as_subpaths() if drawn else ():
+        shape = getattr(svgelements, "SimpleLine" if tag == "line" else tag.capitalize())
+        made = shape({**lengths, "points": style.get("points", "")})
+    for part in svgelements.Path(made).as_subpaths():
         if curve := polyline("", _mapped(_flattened(part), place.matrix)):
             yield curve
 
@@ -403,13 +408,12 @@ def _inside(shape: Shape) -> Any:
     """Return the region inside a shape, by its rule for curves that lie in one another."""
     parts = [shapely.Polygon(curve.points) for curve in shape.curves if len(curve.points) > 2]
     parts = sorted((part if part.is_valid else part.buffer(0.0) for part in parts), key=lambda part: -part.area)
-    turns = {id(part): _turn(part) for part in parts}
     region: Any = shapely.Polygon()
     for part in parts:
         if shape.rule == "evenodd":
             region = region.symmetric_difference(part)
         else:
-            hole = turns[id(part)] != turns[id(parts[0])]
+            hole = _turn(part) != _turn(parts[0])
             region = region.difference(part) if hole else region.union(part)
     return region
 

@@ -10,7 +10,6 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.presets import load_preset
 
-FABRIC = "terry"
 SIZE = (0.34, 0.80)
 """Width and length of the default towel, a face towel [m]."""
 
@@ -18,7 +17,7 @@ SIZE = (0.34, 0.80)
 def towel(size: tuple[float, float] = SIZE, material: Material | None = None, spacing: float | None = None) -> Garment:
     """Make a towel of a width (y) and length (x) [m], centred at the origin. The rows of the mesh run along y."""
     check_size(size)
-    material = material or load_preset(FABRIC).material
+    material = material or load_preset("terry").material
     chosen = spacing if spacing is not None else spacing_for(material)
     check_spacing(chosen, size, size[0] * size[1])
     vertices, faces = staggered_rectangle(*size, chosen)

@@ -10,7 +10,6 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.simulation.material import Material
 from tatamu.simulation.presets import load_preset
 
-FABRIC = "usual-trousers"
 SIZE = (0.34, 0.60)
 """Width over both hems and length [m] for a child of three to four years, by a chart of garment measurements by Stone
 Harbor: the waist laid flat is 10 in (25.4 cm), the full length 23.5 in (60 cm)."""
@@ -27,7 +26,7 @@ def trousers(
     size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
     """Make trousers of a width (over both hems, y) and length (x) [m]. The hems are at x < 0, the waist at x > 0."""
-    material = material or load_preset(FABRIC).material
+    material = material or load_preset("usual-trousers").material
     return front_and_back("trousers", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
 
 

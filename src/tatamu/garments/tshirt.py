@@ -12,7 +12,6 @@ from tatamu.garments.sewing import front_and_back
 from tatamu.simulation.material import Material
 from tatamu.simulation.presets import load_preset
 
-FABRIC = "usual-tshirt"
 SIZE = (0.54, 0.46)
 """Width over both sleeves and length from shoulder to hem [m] for a child of four years, by the chart of garments laid
 flat of the 23rd New Zealand Scout Jamboree: in the row "youth 4", half the chest is 32 cm and the length 46 cm. In
@@ -35,7 +34,7 @@ def tshirt(
     size: tuple[float, float] | None = None, material: Material | None = None, spacing: float | None = None
 ) -> Garment:
     """Make a T-shirt of a width (over the sleeves, y) and length (x) [m], with the hem at x < 0."""
-    material = material or load_preset(FABRIC).material
+    material = material or load_preset("usual-tshirt").material
     shirt = front_and_back("tshirt", pattern().fitted(size or SIZE), OPENINGS, material, spacing)
     return replace(shirt, fibre=_fibre(shirt))
 

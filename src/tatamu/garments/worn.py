@@ -22,29 +22,10 @@ from tatamu.garments.resolution import PASSABLE
 from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, how_to_scale
 from tatamu.simulation.material import Material
 
-OFTEN_UNWELDED = (".stl", ".glb")
-"""Formats that store a vertex once for each triangle, or for each texture coordinate."""
-GENTLE, MOST, DOUBTED = 0.05, 0.20, 0.10
-"""Maximum relative change of half of the edges, and of 95 %, at which a mesh is flattened, and the change of 95 % above
-which a note asks the user to look at it."""
 DOUBT = "; look at the picture, because a UV map of the pattern would give a better shape"
-ALIKE = 0.06
-"""Maximum median relative difference between edges in the mesh and in a UV map of one scale that is the pattern."""
-DEVELOPABLE = 0.01
-"""Maximum such difference with separate scales along u and v, at which these are used."""
-SQUARE = 0.3
-"""Difference of these scales from their common one below which they count as equal [%]."""
 ROUNDS = 5
 SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
 """Directions in the file of a flat mesh away from the hem and out of the front, by the axis along which it is thin."""
-
-
-@dataclass(frozen=True)
-class _Laid:
-    points: np.ndarray
-    """Vertices in the garment's frame [m], shape (n, 3)."""
-    faces: np.ndarray
-    notes: tuple[str, ...]
 
 
 def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
@@ -87,7 +68,8 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     """Return the piece of cloth of a mesh, in metres, and notes on changes."""
     mesh = replace(mesh, vertices=mesh.vertices * unit.metres)
     notes = []
-    if given.weld or source.suffix.lower() in OFTEN_UNWELDED:
+    # these formats store a vertex once for each triangle, or for each texture coordinate
+    if given.weld or source.suffix.lower() in (".stl", ".glb"):
         before = len(mesh.vertices)
         mesh = welded(mesh)
         if not len(mesh.faces):
@@ -161,14 +143,14 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
         f"{100 * plane.most:.1f} %"
     )
     reason = f"{changes}, and {plane.wrong} triangles turn over"
-    if plane.median <= GENTLE and plane.most <= MOST and not plane.wrong:
+    if plane.median <= 0.05 and plane.most <= 0.20 and not plane.wrong:
         try:
             garment = pattern.woven(flat_garment(given.name, _sized(plane.plan, given.size), faces, material))
         except InputError as error:
             reason = str(error).removeprefix("mesh: ")
         else:
             garment = _meshed_anew(garment, given.spacing) if given.remesh else garment
-            notes.append(f"flattened by {pattern.words}: {changes}{DOUBT if plane.most > DOUBTED else ''}")
+            notes.append(f"flattened by {pattern.words}: {changes}{DOUBT if plane.most > 0.10 else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
     if given.remesh:
         raise InputError(f"remesh: must be left out for a mesh that cannot be flattened: {reason}")
@@ -232,12 +214,12 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
     off = [100 * (scale / each - 1.0) for each in along]
     misses = f"misses the mesh by {off[0]:+.1f} % along u and {off[1]:+.1f} % along v"
     both = uv * along
-    if _median_misfit(worn, side_lengths(both)) < DEVELOPABLE:  # unstretched cloth has the pattern's lengths
-        squeezed = max(np.abs(off)) > SQUARE
+    if _median_misfit(worn, side_lengths(both)) < 0.01:  # unstretched cloth has the pattern's lengths
+        squeezed = max(np.abs(off)) > 0.3  # otherwise both scales count as equal
         words = f"its UV map, a pattern of {panels.max() + 1} panels"
         words += f", which {misses}: each got a scale of its own" if squeezed else ""
         return _Pattern(side_lengths(both) if squeezed else scale * drawn, panels, words, uv)
-    if _median_misfit(worn, scale * drawn) > ALIKE:
+    if _median_misfit(worn, scale * drawn) > 0.06:
         return replace(itself, words=f"{itself.words}, as its UV map is no pattern of one scale")
     return _Pattern(scale * drawn, panels, f"its UV map, a pattern of {panels.max() + 1} panels, which {misses}", uv)
 
