@@ -29,13 +29,13 @@ CHUNK = 150
 """Seeds for each worker: whatever it leaks goes with it."""
 HANGING = int(5 * PATIENCE)
 """What takes more time of a processor hangs [s]; nothing is read that waits for anything else."""
-LARGEST = 6 << 30
+MAX_MEMORY = 6 << 30
 """Memory that a worker may ask for [bytes]."""
 
 
 def worker(seeds: range) -> None:
     """Print a line for each seed; end with a traceback where one hangs."""
-    resource.setrlimit(resource.RLIMIT_AS, (LARGEST, LARGEST))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     faulthandler.enable()
     faulthandler.register(signal.SIGPROF, chain=True)  # the signal then ends the process
     warm()

@@ -183,9 +183,9 @@ def _row(here: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     return {
         "seeds": f"{len(here)}" if here[0]["kind"] != CURVE else "-",
         "length of a hand's path [m]": ranged([each["path"] for each in here], 3),
-        "undisturbed, mean distance [mm]": ranged([1e3 * each["distance"] for each in here], 1),
-        f"succeeds, of {DRAWS} simulations": ranged([each["succeeded"] for each in here], 0),
-        "what fails, of 100": failed or "-",
+        "distance from the target without errors [mm]": ranged([1e3 * each["distance"] for each in here], 1),
+        f"succeeds, of {DRAWS} simulations (median, range)": ranged([each["succeeded"] for each in here], 0),
+        "what fails, mean": failed or "-",
         "simulations": ranged([each["simulations"] for each in here], 0) if "simulations" in here[0] else "-",
         "loads of processor time": ranged([each["processor"] for each in here], 0) if "processor" in here[0] else "-",
     }

@@ -30,14 +30,14 @@ DECADES = {
     "air_drag": (1e-3, 10.0),
 }
 """Least and largest of each material parameter; drawn evenly in its logarithm."""
-LARGEST_MESH = 5000
+MAX_MESH = 5000
 """Triangles."""
 UP = np.array([0.0, 0.0, 1.0])
 STEEPEST = np.radians(80.0)
 WORK = 1.5e6
 """Vertices, and a hundred more, times explicit steps of one scene at most: a scene takes about a tenth of a second."""
 FRAME_RATES = (1.0, 23.976, 30.0, 60.0, 144.0, 1000.0)
-MOST_FRAMES = 60
+MAX_FRAMES = 60
 KINDS = ("still", "carry", "jerk", "drop", "cross", "pull apart", "late")
 """What hands do."""
 
@@ -114,7 +114,7 @@ def _log(random: np.random.Generator, low: float, high: float) -> float:
 def _cloth(random: np.random.Generator, size: float, thickness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Unstrained points, triangles and seams: one sheet, two loose sheets, or two layers sewn along two sides."""
     layers = int(random.choice([1, 1, 2, 3]))
-    plan, faces = _mesh(random, size, _log(random, 2, LARGEST_MESH / min(layers, 2)))
+    plan, faces = _mesh(random, size, _log(random, 2, MAX_MESH / min(layers, 2)))
     flat = raised(plan)
     if layers == 1:
         seams = Topology(faces).hinges[:, :2]
@@ -163,8 +163,8 @@ def _longest(rest: np.ndarray, faces: np.ndarray, material: dict[str, float]) ->
 def _time(random: np.random.Generator, longest: float) -> tuple[float, float]:
     """Duration [s] and frames per second, at times so that no frame fits."""
     duration = min(_log(random, 1e-3, 2.0), longest)
-    rate = float(random.choice(FRAME_RATES)) if random.random() < 0.5 else random.uniform(0.5, MOST_FRAMES) / duration
-    return duration, float(min(rate, MOST_FRAMES / duration, 1e4))
+    rate = float(random.choice(FRAME_RATES)) if random.random() < 0.5 else random.uniform(0.5, MAX_FRAMES) / duration
+    return duration, float(min(rate, MAX_FRAMES / duration, 1e4))
 
 
 def _table(random: np.random.Generator) -> dict[str, float] | None:

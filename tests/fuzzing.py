@@ -65,7 +65,7 @@ from tests.test_study_store import RECORD, finished
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PATIENCE = 20.0
 """Reading a file takes no more time of a processor [s]: other programs do not count."""
-MOST_MEMORY = 1.5
+MAX_MEMORY = 1.5
 """Reading a file takes no more memory beyond the program's own [GiB]."""
 NUMBERS = (
     *"0 -1 -0.0 1e-300 1e300 1e308 -1e308 nan inf Infinity NaN 0x7f 1e999 2147483648 4294967295".split(),
@@ -466,7 +466,7 @@ def _reviewed(name: str, code: int, said: str, printed: str, seconds: float, mem
         return f"WRONG: {name}: control characters in {(said + printed)[:300]!r}"
     if seconds > PATIENCE:
         return f"WRONG: {name}: {seconds:.0f} s"
-    if memory > MOST_MEMORY:
+    if memory > MAX_MEMORY:
         return f"WRONG: {name}: {memory:.1f} GiB"
     return f"{name}: {'refused' if code else 'read'}"
 

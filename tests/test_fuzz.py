@@ -59,5 +59,5 @@ def test_what_is_wrong_is_found(
 
 def test_what_takes_too_long_or_too_much_is_found() -> None:
     assert not fuzzing.acceptable(fuzzing._reviewed("a.svg", 0, "", "", 2 * fuzzing.PATIENCE, 0.0))
-    assert not fuzzing.acceptable(fuzzing._reviewed("a.svg", 0, "", "", 0.0, 2 * fuzzing.MOST_MEMORY))
+    assert not fuzzing.acceptable(fuzzing._reviewed("a.svg", 0, "", "", 0.0, 2 * fuzzing.MAX_MEMORY))
     assert fuzzing.acceptable(fuzzing._reviewed("a.svg", 0, "", "", 1.0, 0.1))

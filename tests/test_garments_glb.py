@@ -231,7 +231,7 @@ def test_draco_without_a_copy_is_named_even_if_it_is_not_said_to_be_required() -
 
 def test_data_in_another_file_are_named() -> None:
     made = Glb()
-    with pytest.raises(InputError, match="keeps its vertices in another file"):
+    with pytest.raises(InputError, match="given vertices in another file"):
         parse_glb(made.bytes(uri="a.bin"))
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tatamu.base.errors import InputError
 from tatamu.garments import make_garment
-from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+from tatamu.garments.resolution import MAX_SIDE, MIN_SIDE
 from tatamu.garments.units import NAMES, Unit, check_size_of_file, doubts
 from tests.foreign import svg
 
@@ -20,7 +20,7 @@ STRAP = svg('<rect x="2" y="2" width="36" height="696"/>', 40, 700)
 
 
 def fits(sides: tuple[float, float]) -> bool:
-    return SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE
+    return MIN_SIDE <= min(sides) and max(sides) <= MAX_SIDE
 
 
 @given(sides=st.tuples(st.floats(1e-4, 1e4), st.floats(1e-4, 1e4)), metres=UNITS, by_user=st.booleans())

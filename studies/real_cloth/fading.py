@@ -15,7 +15,7 @@ from tatamu.calibration.instruments.oscillation import FreeSwing, swings
 STILL = 0.05
 """Largest speed of the bar that holds a cloth [m/s]. If the bar moves faster, the cloth does not count as swinging
 freely."""
-LEAST = 0.004
+MIN_AMPLITUDE = 0.004
 """Smallest distance from rest at which a cloth may turn back in a swing [m]. Smaller movements count as noise."""
 AMPLITUDES = (0.02, 0.04, 0.06)
 """Amplitudes of a swinging cloth, from peak to peak, at which decrements are compared [m]."""
@@ -30,7 +30,7 @@ def free_swings(recording: Recording, swing: np.ndarray) -> list[FreeSwing]:
     speed = np.linalg.norm(np.gradient(corners.mean(axis=1), times, axis=0), axis=1)
     seen = np.isfinite(swing)
     order = np.argsort(recording.clock[seen])  # corrected times may not be in order
-    found = swings(recording.clock[seen][order], swing[seen][order], LEAST)
+    found = swings(recording.clock[seen][order], swing[seen][order], MIN_AMPLITUDE)
     return [each for each in found if speed[(times >= each.start) & (times <= each.end)].max(initial=0.0) < STILL]
 
 

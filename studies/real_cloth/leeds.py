@@ -54,7 +54,7 @@ MODELS = (
 WITHIN = 1.0
 """Largest allowed difference between the predicted and the measured mean number of nodes, the folds of the hem. A
 fabric with at most this difference meets the goal."""
-MOST = 9
+WANTED = 9
 """Number of fabrics, of eleven, that must meet the goal for the number of nodes."""
 
 
@@ -235,7 +235,7 @@ def _pair(measured: float, predicted: float, digits: int, factor: float = 1.0) -
 def _goal(measured: Sequence[MeasuredHems], best: PredictedHems) -> str:
     near = best.near(measured)
     return (
-        f"Nodes within {WITHIN:g} for {MOST} of eleven fabrics, by the last line: {reached(near >= MOST)} "
+        f"Nodes within {WITHIN:g} for {WANTED} of eleven fabrics, by the last line: {reached(near >= WANTED)} "
         f"({near} of {len(measured)})."
     )
 

@@ -66,10 +66,10 @@ def judged(known: Sequence[DrapeModel]) -> int:
     return max(place for place, model in enumerate(known) if model.size == JAPANESE and not model.waviness)
 
 
-NEAR, NEARER, MOST_NODES = 8.0, 3.0, 1.0
+NEAR, NEARER, MAX_NODES = 8.0, 3.0, 1.0
 """Largest errors of predicted drapes that meet the goals. The errors of all drape coefficients must be at most NEAR
 [percentage points], and the errors of two of these coefficients at most NEARER. The errors of the numbers of nodes must
-be at most MOST_NODES."""
+be at most MAX_NODES."""
 FEW = 3
 """Smallest number of nodes (folds of the hem) of a fabric that is compared with the goal for nodes. A specimen with
 fewer nodes does not drape, but only bends down on two sides."""
@@ -183,12 +183,12 @@ def _lines(
 def _goal(measured: Sequence[MeasuredDrape], draped: Sequence[Draped]) -> str:
     errors = np.array([abs(drawn.mean - each.coefficient) for each, drawn in zip(measured, draped, strict=True)])
     counted = [(each, drawn) for each, drawn in zip(measured, draped, strict=True) if each.nodes >= FEW]
-    nodes = [abs(drawn.nodes - each.nodes) <= MOST_NODES for each, drawn in counted]
+    nodes = [abs(drawn.nodes - each.nodes) <= MAX_NODES for each, drawn in counted]
     near, nearer = ((errors <= limit).sum() for limit in (NEAR, NEARER))
     return (
         f"Each within {NEAR:g} points: {reached(near == len(errors))} ({near} of {len(errors)}); "
         f"two within {NEARER:g}: {reached(nearer >= 2)} ({nearer}); "
-        f"nodes within {MOST_NODES:g} of the measured: {reached(all(nodes))} ({sum(nodes)} of {len(nodes)}; fabrics "
+        f"nodes within {MAX_NODES:g} of the measured: {reached(all(nodes))} ({sum(nodes)} of {len(nodes)}; fabrics "
         f"with fewer than {FEW} nodes are stated only)."
     )
 

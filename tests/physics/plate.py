@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 
 from tatamu.simulation.material import Material
 
-LEAST_TURN = 1e-9
+MIN_TURN = 1e-9
 """Smallest angle that a plate has turned since its motion last reversed [rad]. It prevents a division by zero."""
 
 
@@ -147,7 +147,7 @@ def _turning_moment(material: Material, length: float, turned: float) -> float:
     `turned` is the angle since the motion of the plate last reversed [rad].
     """
     steady = material.air_drag_quadratic
-    turning = material.air_drag_turning / np.cbrt(max(turned, LEAST_TURN))
+    turning = material.air_drag_turning / np.cbrt(max(turned, MIN_TURN))
     if turning == 0.0:
         return steady * length**4 / 4
     near = min((turning / steady) ** 3 if steady else np.inf, length)  # turning drag is larger near the hinge

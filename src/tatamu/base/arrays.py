@@ -7,10 +7,10 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer
 
-LARGEST = 1e3
+MAX_COORDINATE = 1e3
 """Maximum coordinate or displacement [m]. A larger value is probably in another unit."""
 
-LARGEST_INDEX = 2**53
+MAX_INDEX = 2**53
 """Limit of an index. Floating point numbers represent all whole numbers up to it exactly."""
 
 
@@ -23,8 +23,8 @@ def _floats(value: Any) -> np.ndarray:
         raise ValueError(f"must be a list of [x, y, z], given an array of shape {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError(f"must be finite, row {int(np.argmin(np.isfinite(array).all(1)))} is not")
-    if np.abs(array).max(initial=0.0) > LARGEST:
-        raise ValueError(f"must lie within {LARGEST:g} m of the origin, given {np.abs(array).max():g} m")
+    if np.abs(array).max(initial=0.0) > MAX_COORDINATE:
+        raise ValueError(f"must lie within {MAX_COORDINATE:g} m of the origin, given {np.abs(array).max():g} m")
     array.setflags(write=False)
     return array
 
@@ -33,7 +33,7 @@ def _indices(value: Any, width: int, what: str) -> np.ndarray:
     array = np.array(value if len(value) else np.empty((0, width)))
     if array.ndim != 2 or array.shape[1] != width:
         raise ValueError(f"must be a list of {what}, given an array of shape {array.shape}")
-    if array.dtype.kind not in "iuf" or not (np.abs(array) < LARGEST_INDEX).all():
+    if array.dtype.kind not in "iuf" or not (np.abs(array) < MAX_INDEX).all():
         raise ValueError(f"must be a list of {what} with whole numbers")
     whole = array.astype(np.int64)
     if not (whole == array).all():

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-LONGEST = 1500
+MAX_CHARACTERS = 1500
 """Maximum number of characters of a text. The middle of a longer one is cut, so file name and advice remain."""
 
 
@@ -25,8 +25,8 @@ def one_line(text: str) -> str:
     writing are escaped as in Python, for example `\x1b`.
     """
     line = " ".join(text.split())
-    if len(line) > LONGEST:
-        line = f"{line[: LONGEST // 2]} .. {line[-LONGEST // 2 :]}"
+    if len(line) > MAX_CHARACTERS:
+        line = f"{line[: MAX_CHARACTERS // 2]} .. {line[-MAX_CHARACTERS // 2 :]}"
     return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in line)
 
 

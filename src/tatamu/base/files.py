@@ -29,11 +29,11 @@ Model = TypeVar("Model", bound=BaseModel)
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Numbers of errors that mean that a disk is full or cannot be written."""
 MIB = 1 << 20
-LARGEST_TEXT = 32 * MIB
+MAX_TEXT = 32 * MIB
 """Maximum size of text and JSON files: three times that of a large garment's mesh."""
-LARGEST_TOML = 2 * MIB
+MAX_TOML = 2 * MIB
 """Maximum size of TOML files, which are written by people."""
-LARGEST_NPZ = 1024 * MIB
+MAX_NPZ = 1024 * MIB
 """Maximum memory of all arrays in a file: ten times that of a motion of the default towel over ten minutes."""
 NUMBERS = "fiub"
 """Numpy's letters for floating point numbers, integers and booleans."""
@@ -120,7 +120,7 @@ def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
         raise InputError(f"{str(path)!r}: cannot be read ({error})") from None
 
 
-def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
+def read_bytes(path: Path, largest: int = MAX_TEXT) -> bytes:
     """Read a regular file."""
     with opened(path, largest) as file:
         data = file.read(largest + 1)  # some files of the system report no size
@@ -129,7 +129,7 @@ def read_bytes(path: Path, largest: int = LARGEST_TEXT) -> bytes:
     return data
 
 
-def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
+def read_text(path: Path, largest: int = MAX_TEXT) -> str:
     """Read a UTF-8 text file. Errors give the reason in one line."""
     try:
         return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
@@ -181,7 +181,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def read_toml(path: Path) -> Any:
     """Read a TOML file. Errors name the line or field."""
-    text = read_text(path, LARGEST_TOML)
+    text = read_text(path, MAX_TOML)
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -189,7 +189,7 @@ def read_toml(path: Path) -> Any:
         raise InputError(f"{path}: is not valid TOML ({error}){advice}") from None
 
 
-def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = LARGEST_NPZ) -> dict[str, np.ndarray]:
+def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = MAX_NPZ) -> dict[str, np.ndarray]:
     """Read the arrays of an .npz file, which are numbers or single texts.
 
     A small file may unpack to gigabytes, so the sizes in all headers are added before any array is read. `what` is the

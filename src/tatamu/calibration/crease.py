@@ -42,7 +42,7 @@ PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
 """When the hinge is closed, released and at rest, in units of 1 / (its lowest angular frequency)."""
 WIDEST = 120.0
 """Maximum angle that determines the friction of bending [degrees]. A larger one only bounds it."""
-LEAST_GAP = 1.5
+MIN_GAP = 1.5
 """Minimum length of the band, in thicknesses of both boards, around which the band goes."""
 
 
@@ -58,10 +58,10 @@ class CreaseReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        least = 2.0 * LEAST_GAP * self.board
+        least = 2.0 * MIN_GAP * self.board
         if not least <= self.gap <= 0.1:
             raise ValueError(
-                f"gap ({self.gap:g} m) must be from {least:g} m ({2.0 * LEAST_GAP:g} times board) to 0.1 m, because "
+                f"gap ({self.gap:g} m) must be from {least:g} m ({2.0 * MIN_GAP:g} times board) to 0.1 m, because "
                 "the cloth goes round both closed boards"
             )
         return self

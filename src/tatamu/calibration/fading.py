@@ -22,7 +22,7 @@ from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.swing import LEAST, Swinging, SwungTest
+from tatamu.calibration.swing import MIN_AMPLITUDE, Swinging, SwungTest
 from tatamu.calibration.test import Changes, Readings, Specimen
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
@@ -30,7 +30,7 @@ from tatamu.simulation.scene import Scene
 
 MORE = 1.3
 """Factor from the counted to the simulated number of swings, which has two more."""
-MOST = 200.0
+MAX_READING = 200.0
 """Maximum of the simulated reading, also for swings that do not fade."""
 WITHIN = 5e-3
 """Largest accepted difference between the simulated and the counted number of swings, as a fraction."""
@@ -91,13 +91,13 @@ class Fading(SwungTest):
 
     def reading(self, rollout: Rollout) -> float:
         signal = self.swinging.signal(rollout)
-        found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))
+        found = swings(rollout.times, signal, MIN_AMPLITUDE * abs(float(signal[0])))
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])
         inverse = np.maximum.accumulate([1.0 / abs(float(signal[0])), *(2.0 / each.amplitude for each in found)])
         if inverse[-1] >= 1.0 / self.to:
             return float(np.interp(1.0 / self.to, inverse, numbers))
         slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
-        return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MOST))
+        return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MAX_READING))
 
     def guess(self, count: float, material: Material) -> float:
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside

@@ -36,7 +36,7 @@ FIRST = 0.02
 """Relative difference between tan(theta) and the first two coefficients of the search."""
 RESOLUTION = 2e-3
 """Largest width of the last interval of a bisection of the coefficient of friction [-]."""
-LARGEST = 3.0
+MAX_FRICTION = 3.0
 """Largest coefficient of friction that is tried in the search."""
 EFFECTIVE = 0.02
 """Maximum relative difference from tan(theta) of a coefficient that is not reported as an effective one."""
@@ -226,8 +226,8 @@ def threshold(speed: Callable[[float], float], guess: float) -> Sliding:
         return seen[coefficient] > SLIDING
 
     low, high = _bracket(slides, guess)
-    if high > LARGEST or low < 0.0:
-        return Sliding(guess, guess, tuple(sorted(seen.items())), "at least" if high > LARGEST else "at most")
+    if high > MAX_FRICTION or low < 0.0:
+        return Sliding(guess, guess, tuple(sorted(seen.items())), "at least" if high > MAX_FRICTION else "at most")
     while high - low > RESOLUTION:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if slides(middle) else (low, middle)
@@ -243,7 +243,7 @@ def _bracket(slides: Callable[[float], bool], guess: float) -> tuple[float, floa
     high = guess * (1.0 + FIRST)
     step = high - low
     if slides(high):
-        while high + step <= LARGEST and slides(high + step):
+        while high + step <= MAX_FRICTION and slides(high + step):
             high = high + step
             step = 2.0 * step
         return high, high + step

@@ -40,7 +40,7 @@ LINKS = 200
 LAYS = 0.3
 """Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
 RELAXATIONS = 20.0
-HIGHEST_LOOP = 0.3
+MAX_LOOP = 0.3
 """Maximum height of a fold of cloth [m]."""
 
 
@@ -52,9 +52,9 @@ class LoopReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if max(self.height) > HIGHEST_LOOP:
+        if max(self.height) > MAX_LOOP:
             raise ValueError(
-                f"height ({max(self.height):g} m) must be at most {HIGHEST_LOOP:g} m, as high as a fold of cloth "
+                f"height ({max(self.height):g} m) must be at most {MAX_LOOP:g} m, as high as a fold of cloth "
                 "stands; is the height in metres?"
             )
         return self

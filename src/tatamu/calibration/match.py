@@ -9,9 +9,9 @@ import numpy as np
 
 FIRST_FACTOR = 1.25
 """Ratio between the first two values of the parameter that are tried."""
-LONGEST_STEP = 2.0
+MAX_STEP = 2.0
 """Largest step of the search, as a change of the parameter's logarithm."""
-MOST = 16
+MAX_SIMULATIONS = 16
 """Largest number of simulations in one search."""
 
 
@@ -61,7 +61,7 @@ def match(
     seen: dict[float, float] = {}
     low, high = np.log(limits)
     at = float(np.clip(np.log(start), low, high))
-    for _ in range(MOST):
+    for _ in range(MAX_SIMULATIONS):
         if at not in seen:
             seen[at] = reading(float(np.exp(at)))
         if abs(seen[at] - target) <= within:
@@ -97,14 +97,14 @@ def _next(
     last = list(seen)[-1]
     finite = sorted((each for each in seen if np.isfinite(seen[each])), key=lambda each: abs(seen[each] - target))
     if not np.isfinite(seen[last]):
-        wanted = last + LONGEST_STEP / 2
+        wanted = last + MAX_STEP / 2
     elif len(finite) == 1:
         wanted = last + np.log(FIRST_FACTOR) * np.sign(seen[last] - target)
     else:
         a, b = finite[:2]
         slope = (straight(seen[b]) - straight(seen[a])) / (b - a)
         step = (straight(target) - straight(seen[a])) / slope if slope < 0 else np.inf
-        wanted = a + float(np.clip(step, -LONGEST_STEP, LONGEST_STEP))
+        wanted = a + float(np.clip(step, -MAX_STEP, MAX_STEP))
     if not low < wanted < high:
         edge = high if wanted >= high else low
         wanted = edge if edge not in seen else 0.5 * (low + high)

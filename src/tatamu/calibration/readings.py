@@ -14,11 +14,11 @@ from pydantic import BeforeValidator, Field
 
 from tatamu.base.records import Record
 
-LONGEST, HEAVIEST = 10.0, 20.0
+MAX_LENGTH, MAX_MASS = 10.0, 20.0
 """Largest length [m] and mass [kg] of a garment. Larger values are refused, because their unit must be wrong."""
-LATEST = 600.0
+MAX_TIME = 600.0
 """Largest measured time [s]. Larger values are refused, because their unit must be wrong."""
-FARTHEST = 180.0
+MAX_ANGLE = 180.0
 """Largest angle of a fold [degrees]: the angle of a closed fold."""
 
 
@@ -40,25 +40,25 @@ def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool
 
 
 def _lengths(value: Any) -> tuple[float, ...]:
-    return _readings(value, LONGEST, "metres", "millimetres")
+    return _readings(value, MAX_LENGTH, "metres", "millimetres")
 
 
 def _distances(value: Any) -> tuple[float, ...]:
-    return _readings(value, LONGEST, "metres", "millimetres", nothing=True)
+    return _readings(value, MAX_LENGTH, "metres", "millimetres", nothing=True)
 
 
 def _masses(value: Any) -> tuple[float, ...]:
-    return _readings(value, HEAVIEST, "kilograms", "grams")
+    return _readings(value, MAX_MASS, "kilograms", "grams")
 
 
 def _times(value: Any) -> tuple[float, ...]:
-    return _readings(value, LATEST, "seconds", "milliseconds")
+    return _readings(value, MAX_TIME, "seconds", "milliseconds")
 
 
 def _angles(value: Any) -> tuple[float, ...]:
     given = _readings(value, np.inf, "degrees", "", nothing=True)
-    if max(given) > FARTHEST:
-        raise ValueError(f"must be in degrees, at most {FARTHEST:g}, given {max(given):g}")
+    if max(given) > MAX_ANGLE:
+        raise ValueError(f"must be in degrees, at most {MAX_ANGLE:g}, given {max(given):g}")
     return given
 
 

@@ -36,7 +36,7 @@ from tatamu.simulation.settling import settling
 
 CELLS = 12
 """Number of mesh rows in front of the grip."""
-FEWEST, MOST = 3, 24
+MIN_CELLS, MAX_CELLS = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
 """Columns of the mesh, and columns if the mesh spacing is given. Some simulators give vertices at the border the mass
@@ -48,11 +48,11 @@ GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Values of Gamma that a ruler can distinguish."""
 STIFFEST, LIMPEST = 0.02, 0.96
 """Minimum and maximum ratio of sag to free length that determines the bending rigidity. Others only bound it."""
-SHORTEST_EDGE = 1.5
+MIN_EDGE = 1.5
 """Minimum ratio of the edge's length to the free length. Ends of a shorter edge hang differently from its middle."""
 BEST = 1.8
 """Ratio of free length to bending length that is proposed: the sag is about half of the free length."""
-SHORTEST = 0.025
+MIN_FREE = 0.025
 """Minimum free length that can be measured with a ruler [m]."""
 STEP = 0.005
 """Step of the free lengths that are proposed to the user [m]."""
@@ -111,24 +111,24 @@ class Sag(ElasticTest):
         garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
         along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        if along < SHORTEST_EDGE * test.free_length:
+        if along < MIN_EDGE * test.free_length:
             raise InputError(
                 f"sag: edge {entry.edge} is {along:.2f} m long; with a free length of {test.free_length:g} m its ends "
-                f"hang differently from its middle: choose a free length up to {along / SHORTEST_EDGE:.2f} m, or a "
+                f"hang differently from its middle: choose a free length up to {along / MIN_EDGE:.2f} m, or a "
                 "longer edge"
             )
         return test
 
     @classmethod
     def blanks(cls, garment: Garment) -> dict[str, str]:
-        free = max(SHORTEST, STEP * round(BEST * garment.material.bending_length / STEP))
+        free = max(MIN_FREE, STEP * round(BEST * garment.material.bending_length / STEP))
         return {"edge": EDGE.get(garment.name) or longest_edge(garment), "free": f"{free:g}"}
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The strip's points [m], shape (n, 3), its triangles, and its held vertices. The edge is at x = 0."""
         wanted = CELLS if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
-        cells = int(np.clip(round(wanted), FEWEST, MOST))
+        cells = int(np.clip(round(wanted), MIN_CELLS, MAX_CELLS))
         row = self.free_length / (cells + 0.5)
         rows = cells + HELD_ROWS
         rows += rows % 2
@@ -232,7 +232,7 @@ class Sag(ElasticTest):
 def _longer_or_loop(length: float, estimate: Estimate) -> str:
     """Return a sentence that proposes a better free length, or the loop test if that length is too short to hold."""
     better = BEST * length
-    if better >= SHORTEST:
+    if better >= MIN_FREE:
         expected = 1e3 * better * tip(BEST**3)[1]
         return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
     if Loop.was_made(estimate.readings):

@@ -37,11 +37,11 @@ SIMULATED = 4
 """Number of simulated swings, whose mean period is used."""
 PINCH = 0.03
 """Width of each of the two grips [m]."""
-FARTHEST = 0.7
+MAX_PULL = 0.7
 """Largest distance by which the cloth is pulled aside before its release, as a fraction of the cloth's length."""
 FRAMES = 60.0
 """Number of frames per second of the simulated scene [1/s]."""
-LEAST = 0.004
+MIN_AMPLITUDE = 0.004
 """Smallest amplitude of a swing that counts, as a fraction of the distance by which the cloth is pulled aside."""
 WITHIN = 2e-3
 """Largest accepted difference between the simulated and the measured period, as a fraction."""
@@ -88,9 +88,9 @@ class Swinging:
 
     def check(self, test: str) -> None:
         """Raise InputError if the edge does not exist, or `aside` is too large."""
-        if self.aside > FARTHEST * self.hung.length:
+        if self.aside > MAX_PULL * self.hung.length:
             raise InputError(
-                f"{test}: aside ({self.aside:g} m) must be at most {FARTHEST:g} of the {self.hung.length:.2f} m that "
+                f"{test}: aside ({self.aside:g} m) must be at most {MAX_PULL:g} of the {self.hung.length:.2f} m that "
                 "the garment hangs down from that edge"
             )
 
@@ -223,7 +223,7 @@ class TenSwings(SwungTest):
 
     def reading(self, rollout: Rollout) -> float:
         signal = self.swinging.signal(rollout)
-        found = swings(rollout.times, signal, LEAST * abs(float(signal[0])))[: 2 * SIMULATED - 2]
+        found = swings(rollout.times, signal, MIN_AMPLITUDE * abs(float(signal[0])))[: 2 * SIMULATED - 2]
         return float(TEN * np.mean([each.period for each in found])) if found else float("nan")
 
     def guess(self, seconds: float, material: Material) -> float:

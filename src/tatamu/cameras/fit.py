@@ -18,7 +18,7 @@ from tatamu.cameras.shape import Shape
 
 TOLERANCE = 0.002
 """Largest error that counts with its square in the fit of an outline [m]. Larger errors count less."""
-LARGEST = 1.5
+MAX_SCALE = 1.5
 """Natural logarithm of the largest factor by which the fit may scale a garment."""
 
 
@@ -71,7 +71,7 @@ def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outwar
     for quarter in range(4):
         yaw = turn + 0.5 * np.pi * quarter
         sides = np.array([np.linalg.norm(first), np.linalg.norm(second)])
-        scale = np.clip(np.log((sides if quarter % 2 == 0 else sides[::-1]) / shape.size), -LARGEST, LARGEST)
+        scale = np.clip(np.log((sides if quarter % 2 == 0 else sides[::-1]) / shape.size), -MAX_SCALE, MAX_SCALE)
         centre = np.array([low_x + high_x, low_y + high_y]) / 2 * np.exp(scale)
         start = middle - Pose(yaw=yaw).place(centre[None])[0]
         fits.append(again(shape, found, given, np.array([*start, yaw, *scale])))
@@ -104,7 +104,7 @@ def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], star
         wrong = Pose(x, y, yaw).place(own * np.exp(parameters[3:])) - wanted
         return np.concatenate([off(parameters) / TOLERANCE, wrong.ravel() / 0.001])  # given to a millimetre
 
-    bound = np.array([np.inf, np.inf, np.inf, LARGEST + 0.1, LARGEST + 0.1])
+    bound = np.array([np.inf, np.inf, np.inf, MAX_SCALE + 0.1, MAX_SCALE + 0.1])
     solved = least_squares(residuals, start, loss="soft_l1", bounds=(-bound, bound), x_scale=0.01)
     away = off(solved.x)
     length = float(shapely.LinearRing(found).length)

@@ -24,7 +24,7 @@ USUAL = 0.85
 """Focal length of a usual phone, as a fraction of the picture's longer side."""
 APART = 20.0
 """Minimum angle by which the board must turn between two of the photos that determine a lens [degrees]."""
-FEWEST = 4
+MIN_PHOTOS = 4
 """Minimum number of photos that determine a lens."""
 
 TURNS = {
@@ -125,8 +125,8 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     Raises:
         InputError: If there are too few photos, or they are too similar.
     """
-    if len(seen) < FEWEST:
-        raise InputError(f"photos: must be at least {FEWEST}, from different sides and angles, given {len(seen)}")
+    if len(seen) < MIN_PHOTOS:
+        raise InputError(f"photos: must be at least {MIN_PHOTOS}, from different sides and angles, given {len(seen)}")
     cv2 = opencv()
     objects = [np.column_stack([places, np.zeros(len(places))]).astype(np.float32) for places, _ in seen]
     pixels = [found.astype(np.float32) for _, found in seen]

@@ -11,7 +11,7 @@ from tatamu.cameras.board import MARKERS, Board
 from tatamu.cameras.camera import Seen
 from tatamu.cameras.opencv import opencv
 
-FEWEST = 8
+MIN_CORNERS = 8
 """Minimum number of corners that give the pose of a page."""
 WINDOWS = (2, 10)
 """Minimum and maximum of half the side of this window [pixels]."""
@@ -47,12 +47,12 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
             grey, markerCorners=[quads[k] for k in own], markerIds=seen[own][:, None]
         )
         count = 0 if corners is None else len(corners)
-        if count >= FEWEST:
+        if count >= MIN_CORNERS:
             pages.append(FoundPage(number, _refined(grey, board.corners[corners.ravel()], np.asarray(pixels, float))))
         elif number == 0:
             raise InputError(
-                f"board: at least {FEWEST} of the {len(board.corners)} corners of its first page must be seen, given "
-                f"{count}; show the whole page, sharp and without glare"
+                f"board: at least {MIN_CORNERS} of the {len(board.corners)} corners of its first page must be seen, "
+                f"given {count}; show the whole page, sharp and without glare"
             )
     return pages
 
@@ -62,7 +62,7 @@ def _refined(grey: np.ndarray, places: np.ndarray, pixels: np.ndarray) -> Seen:
     first = pixels.reshape(-1, 2)
     found = saddles(grey, first)
     kept = np.linalg.norm(found - first, axis=1) < 2.0
-    return (places[kept], found[kept]) if kept.sum() >= FEWEST else (places, first)
+    return (places[kept], found[kept]) if kept.sum() >= MIN_CORNERS else (places, first)
 
 
 def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.cameras.pose import Pose
 
-FARTHEST = 10.0
+MAX_POSITION = 10.0
 """Maximum coordinate in the robot's base frame [m]."""
 TOUCHED = 0.005
 """Maximum distance between a touched mark and its place on the board [m]."""
@@ -18,8 +18,8 @@ LEVEL = 0.01
 def parse_pose(text: str, option: str) -> Pose:
     """Read the pose of a board from a text "x,y,yaw" [m, m, rad] of the command's `option`."""
     values = _numbers(text, option, "x,y,yaw in metres and radians", (3,))
-    if max(abs(values[0]), abs(values[1])) > FARTHEST or abs(values[2]) > 6.3:
-        raise InputError(f"{option}: x and y must be within {FARTHEST:g} m and yaw within 6.3 rad, given {text!r}")
+    if max(abs(values[0]), abs(values[1])) > MAX_POSITION or abs(values[2]) > 6.3:
+        raise InputError(f"{option}: x and y must be within {MAX_POSITION:g} m and yaw within 6.3 rad, given {text!r}")
     return Pose(*values)
 
 
@@ -32,8 +32,8 @@ def parse_touched(text: str) -> np.ndarray:
     if len({len(place) for place in places}) != 1:
         raise InputError(f"touch: must have two numbers for each mark, or three for each, given {text!r}")
     found = np.array(places)
-    if np.abs(found).max() > FARTHEST:
-        raise InputError(f"touch: must be within {FARTHEST:g} m, given {text!r}")
+    if np.abs(found).max() > MAX_POSITION:
+        raise InputError(f"touch: must be within {MAX_POSITION:g} m, given {text!r}")
     return found
 
 

@@ -21,7 +21,7 @@ from tatamu.garments.foreground import stand_out
 from tatamu.garments.photo import blocks, contour, reduction, softened
 from tatamu.garments.picture import Picture, read_picture
 
-SMALLEST = 400
+MIN_PIXELS = 400
 """Smallest allowed number of pixels along the shorter side of a photo."""
 WIDEST = 0.006
 """Width of the edge of the cloth [m] above which a photograph counts as blurred, if it is also many pixels wide."""
@@ -69,8 +69,8 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
     """Read a photograph and find its camera from the board or sheet that it shows."""
     picture = read_picture(path)
     tall, wide = picture.pixels.shape[:2]
-    if min(tall, wide) < SMALLEST:
-        raise InputError(f"{path}: photo: must have at least {SMALLEST} pixels on each side, given {wide} x {tall}")
+    if min(tall, wide) < MIN_PIXELS:
+        raise InputError(f"{path}: photo: must have at least {MIN_PIXELS} pixels on each side, given {wide} x {tall}")
     focal = stated_focal(picture.film, (wide, tall))
     try:
         _check_focal(lens, focal, (wide, tall))

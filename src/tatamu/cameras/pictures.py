@@ -19,7 +19,7 @@ from tatamu.cameras.reading import FoldReading
 from tatamu.show.palette import day
 
 FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
-LONGEST = 1600
+MAX_PIXELS = 1600
 """Largest number of pixels along the longer side of a picture for checking."""
 OUTLINE, FITTED = "#d02090", "#ffffff"
 """Colours of the found outline and of the fitted outline."""
@@ -42,7 +42,7 @@ class Overlay:
             high = np.minimum(around.max(axis=0) + room, image.size).round()
         self._low = low
         longer = float((high - low).max())
-        self._factor = min(1.0, LONGEST / longer) if around is None else 1000 / longer
+        self._factor = min(1.0, MAX_PIXELS / longer) if around is None else 1000 / longer
         width, height = (int(side) for side in np.round((high - low) * self._factor))
         size = (width, height)
         self.image = image.crop((*low.astype(int), *high.astype(int))).resize(size, Image.Resampling.LANCZOS)
@@ -114,7 +114,7 @@ def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Im
 def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
     """Return a picture of the table around positions [m], shape (n, 2), from above, with the board's x to the right."""
     low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
-    pixel = max(0.0005, photograph.resolution(places), float((high - low).max()) / LONGEST)
+    pixel = max(0.0005, photograph.resolution(places), float((high - low).max()) / MAX_PIXELS)
     columns = np.arange(low[0], high[0], pixel)
     rows = np.arange(high[1], low[1], -pixel)
     x, y = np.meshgrid(columns, rows)

@@ -18,7 +18,7 @@ from tatamu.cameras.lens import Lens
 from tatamu.cameras.lines import Line
 from tatamu.cameras.opencv import opencv
 
-LONGEST = 1400
+SEARCH_PIXELS = 1400
 """Number of pixels along the longer side to which photos are reduced for the search for a sheet of paper."""
 SIDE = 60
 """Number of positions along each side of a sheet of paper at which the edge is located."""
@@ -76,7 +76,7 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
 def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
     """Return bright convex quadrangles [pixels], shape (4, 2) each, counter-clockwise as seen from above the table."""
     cv2 = opencv()
-    factor = max(1.0, max(pixels.shape[:2]) / LONGEST)
+    factor = max(1.0, max(pixels.shape[:2]) / SEARCH_PIXELS)
     small = cv2.resize(pixels, None, fx=1 / factor, fy=1 / factor, interpolation=cv2.INTER_AREA)
     dark = cv2.GaussianBlur(small.min(axis=2), (0, 0), 1.5)
     top = float(np.percentile(dark, 99.5))
@@ -109,7 +109,7 @@ def _is_plain(dark: np.ndarray, quad: np.ndarray) -> bool:
 
 def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
     """Return the intersections of a quadrangle's fitted sides [pixels], shape (4, 2); None if a side is unclear."""
-    reach = 3.0 + max(pixels.shape[:2]) / LONGEST * 2.0
+    reach = 3.0 + max(pixels.shape[:2]) / SEARCH_PIXELS * 2.0
     lines = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         at = np.linspace(0.08, 0.92, SIDE)[:, None]

@@ -24,7 +24,7 @@ StorageOption = Annotated[
     ),
 ]
 
-MOST_AT_A_TIME = 256
+MAX_AT_A_TIME = 256
 """Largest number of studies at a time, each of which takes a thread."""
 CALLS_PER_THREAD = 2
 """Trials for each thread of the workers: one runs, and one waits."""
@@ -35,4 +35,4 @@ def at_a_time(executor: Executor | None, pending: int) -> int:
     threads = getattr(executor, "threads", None)
     if threads is None:
         return 1
-    return min(MOST_AT_A_TIME, 1 + -(-CALLS_PER_THREAD * int(threads) // pending))
+    return min(MAX_AT_A_TIME, 1 + -(-CALLS_PER_THREAD * int(threads) // pending))

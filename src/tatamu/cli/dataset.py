@@ -15,7 +15,7 @@ import typer
 
 from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption
+from tatamu.cli.cluster import MAX_AT_A_TIME, SchedulerOption
 
 
 @app.command()
@@ -46,8 +46,8 @@ def dataset(
     from tatamu.show.progress import progress
     from tatamu.simulation.side_by_side import processors
 
-    if workers is not None and not 1 <= workers <= MOST_AT_A_TIME:
-        raise InputError(f"--workers: must be from 1 to {MOST_AT_A_TIME}, given {workers}")
+    if workers is not None and not 1 <= workers <= MAX_AT_A_TIME:
+        raise InputError(f"--workers: must be from 1 to {MAX_AT_A_TIME}, given {workers}")
     if workers is not None and scheduler is not None:
         raise InputError("--workers: must be omitted with --scheduler, which has its own workers")
     wanted = read_specification(specification)

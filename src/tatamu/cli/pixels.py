@@ -14,7 +14,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.size import parse_size
 from tatamu.garments.photo import Photo, homography
 
-FARTHEST = 1e6
+MAX_PIXEL = 1e6
 """Largest coordinate of a pixel that is accepted in an option."""
 
 
@@ -50,8 +50,8 @@ def _pixel(option: str, text: str) -> np.ndarray:
     if len(parts) != 2:
         raise InputError(f"{option}: must be pixels X,Y, given {text!r}")
     place = np.array([_number(option, part) for part in parts])
-    if not (np.abs(place) <= FARTHEST).all():
-        raise InputError(f"{option}: must be pixels from {-FARTHEST:g} to {FARTHEST:g}, given {text!r}")
+    if not (np.abs(place) <= MAX_PIXEL).all():
+        raise InputError(f"{option}: must be pixels from {-MAX_PIXEL:g} to {MAX_PIXEL:g}, given {text!r}")
     return place
 
 

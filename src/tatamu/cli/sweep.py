@@ -15,7 +15,7 @@ from rich.live import Live
 
 from tatamu.base.errors import InputError
 from tatamu.cli.app import app
-from tatamu.cli.cluster import MOST_AT_A_TIME, SchedulerOption, StorageOption
+from tatamu.cli.cluster import MAX_AT_A_TIME, SchedulerOption, StorageOption
 from tatamu.cli.cluster import at_a_time as most_at_a_time
 from tatamu.study.options import TaskRequest
 
@@ -55,8 +55,8 @@ def sweep(
     from tatamu.sweep.description import read_sweep
     from tatamu.sweep.table import check_parquet
 
-    if at_a_time is not None and not 1 <= at_a_time <= MOST_AT_A_TIME:
-        raise InputError(f"--at-a-time: must be from 1 to {MOST_AT_A_TIME}, given {at_a_time}")
+    if at_a_time is not None and not 1 <= at_a_time <= MAX_AT_A_TIME:
+        raise InputError(f"--at-a-time: must be from 1 to {MAX_AT_A_TIME}, given {at_a_time}")
     tasks = read_sweep(file, TaskRequest)
     check_parquet()
     _check(file, tasks)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from tatamu.cluster.executor import DaskExecutor
 
-MOST_LOCAL = 1024
+MAX_LOCAL = 1024
 """Largest number of worker processes that can be started on this machine."""
 CONNECT_SECONDS = 5.0
 """Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
@@ -56,8 +56,8 @@ def parse_address(text: str) -> SchedulerAddress:
     """
     if found := re.fullmatch(r"local:([0-9]{1,6})", text):
         count = int(found[1])
-        if not 1 <= count <= MOST_LOCAL:
-            raise InputError(f"--scheduler: local:N must have from 1 to {MOST_LOCAL} workers, given {text!r}")
+        if not 1 <= count <= MAX_LOCAL:
+            raise InputError(f"--scheduler: local:N must have from 1 to {MAX_LOCAL} workers, given {text!r}")
         return SchedulerAddress(text, count)
     if found := re.fullmatch(r"(?:tcp|tls)://(?:\[[0-9a-fA-F:.%]+\]|[\w.-]+):([0-9]{1,5})", text):
         if 1 <= int(found[1]) <= 65535:

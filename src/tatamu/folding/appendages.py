@@ -17,7 +17,7 @@ from tatamu.garments import Garment
 
 OPENING = 0.6
 """Radius of the disc, as a fraction of the radius of the largest disc inside the outline."""
-LEAST_DEPTH = 0.7
+MIN_DEPTH = 0.7
 """Minimum depth of an appendage, in radii of the disc. Right-angled corners stick out by 0.41 radii."""
 BRIDGE = 0.12
 """Half the maximum width of a strip along the body that is cut away, in radii; it could join two appendages."""
@@ -73,7 +73,7 @@ def appendages(outline: shapely.Polygon) -> list[Appendage]:
     found = [
         _appendage(outline, body, part)
         for part in shapely.get_parts(apart)
-        if isinstance(part, shapely.Polygon) and not part.is_empty and _depth(part, body) > LEAST_DEPTH * radius
+        if isinstance(part, shapely.Polygon) and not part.is_empty and _depth(part, body) > MIN_DEPTH * radius
     ]
     order = list(FACING)
     return sorted(found, key=lambda each: (order.index(each.facing), float(each.region.centroid.x)))

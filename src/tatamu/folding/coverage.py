@@ -11,7 +11,7 @@ where it lies. So these rules decide, on the cloth as seen from above:
 - Cloth on top of carried cloth is carried with it, such as a sleeve that was laid on the body.
 - The *overhang* of all other cloth is its shortest distance to held cloth, through the cloth of the moving side.
 
-A part stays behind, from its root, if it overhangs by more than `LONGEST`, or by `LONGEST_TAIL` if it is farther from
+A part stays behind, from its root, if it overhangs by more than `MAX_OVERHANG`, or by `MAX_TAIL` if it is farther from
 the fold line than the hands. Both come from simulations (docs/guide/fold-plans-for-your-garment.md).
 """
 
@@ -33,15 +33,15 @@ from tatamu.simulation.mesh.topology import Topology, areas, lumped
 OFF = 0.0125
 """Maximum distance from its target at which cloth counts as folded [m] (BiFold 2025). Cloth at a distance d from the
 fold line that does not move is at least 2 d away from its target."""
-LONGEST = 0.15
+MAX_OVERHANG = 0.15
 """Maximum overhang of cloth that is still folded properly [m]."""
-LONGEST_TAIL = 0.10
+MAX_TAIL = 0.10
 """The same for cloth beyond the hands [m]. Because hands do not turn, they lay it under the cloth that they carry."""
 ROOT = 0.03
 """Overhang at which a part that no hand carries begins [m]."""
 BESIDE = 1.0
 """Maximum distance from the hands along the fold line of cloth held beside them, in their distances from this line."""
-LEAST_SHARE = 0.01
+MIN_SHARE = 0.01
 """Minimum area of a part that is reported, as a fraction of the moving cloth's."""
 SAME_PLACE = 0.7
 """Maximum horizontal distance of vertices that lie one above the other, in edge lengths of the mesh."""
@@ -99,7 +99,7 @@ def uncarried(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[
     hold = best_coverage(garment, state, line, hands)
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
-    least = LEAST_SHARE * float(weight[line.split(state)[0] < 0].sum())
+    least = MIN_SHARE * float(weight[line.split(state)[0] < 0].sum())
     place = np.full(len(state), -1)
     place[missed] = np.arange(len(missed))
     links = place[np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])]
@@ -185,7 +185,7 @@ class _Cloth:
         missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
         farthest = float(self.places[list(grasps), 0].min())  # of the hands
         beyond = self.places[:, 0] < farthest - 0.5 * self.spacing
-        return Coverage(grasps, overhang, np.where(beyond, LONGEST_TAIL, LONGEST), missed)
+        return Coverage(grasps, overhang, np.where(beyond, MAX_TAIL, MAX_OVERHANG), missed)
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Return the grasps that hold each piece, by its index. Fingers hold all pieces that lie on each other."""

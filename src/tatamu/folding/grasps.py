@@ -11,7 +11,7 @@ from tatamu.garments import Garment
 
 HAND_CLEARANCE = 0.06
 """Minimum distance between the grasps of the two hands [m], at which hands neither cross nor touch."""
-NEAREST = 0.5
+MIN_DISTANCE = 0.5
 """Minimum distance between a grasp and the fold line, as a fraction of the grasped edge's maximum distance."""
 SAME_PLACE = 0.4
 """Maximum horizontal distance of vertices that lie one above the other, in edge lengths of the mesh."""
@@ -74,7 +74,7 @@ def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> n
     away = -line.split(state[edge])[0]
     if not (away > 0).any():
         return edge[:0]
-    edge = edge[away >= NEAREST * away.max()]
+    edge = edge[away >= MIN_DISTANCE * away.max()]
     return _uppermost(state, edge, SAME_PLACE * garment.spacing)
 
 

@@ -8,14 +8,14 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.folding.coverage import Part, uncarried
-from tatamu.folding.grasps import NEAREST, candidates, distances, farthest_edge
+from tatamu.folding.grasps import MIN_DISTANCE, candidates, distances, farthest_edge
 from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
 TWO_HANDS = 0.15
 """Minimum length of an edge that both hands grasp, along the fold line [m]. One hand grasps a cuff."""
-MOST_EDGES = 8
+MAX_EDGES = 8
 """How many edges, farthest from the fold line first, are tried as grasps, alone and in pairs."""
 
 
@@ -39,7 +39,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
     """Return a grasp that carries all moving cloth: an edge for both hands, or one for each; None if there is none."""
     far = distances(garment, state, line)
-    names = sorted(far, key=lambda name: -far[name])[:MOST_EDGES]
+    names = sorted(far, key=lambda name: -far[name])[:MAX_EDGES]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
     pairs = [tuple(sorted(pair, key=lambda name: -middle[name])) for pair in combinations(names, 2)]
     for grasp in [*((name,) for name in names), *pairs]:
@@ -61,4 +61,4 @@ def covered(
 
 def _extent(garment: Garment, state: np.ndarray, line: FoldLine, edge: str) -> float:
     across, along = line.split(state[np.unique(garment.edges[edge])])
-    return float(np.ptp(along[-across >= NEAREST * float((-across).max())]))
+    return float(np.ptp(along[-across >= MIN_DISTANCE * float((-across).max())]))

@@ -17,7 +17,7 @@ Grasps = Literal["integer", "continuous"]
 """`integer`: grasps are whole numbers from 0 to M-1; `continuous`: the paper's real numbers from 0 to M, rounded down
 when they are used."""
 
-HIGHEST = 0.75
+MAX_HEIGHT = 0.75
 """Maximum height of P1 and P2 above the grasp, in spans."""
 LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
 """Low curves: the height of P1 above the grasp, and the horizontal distance of P2 from it, in spans."""
@@ -30,11 +30,11 @@ HIGH = 0.5
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
     """Return the search space of a fold, in which l_x of Eq. (10) is the known part of the objective.
 
-    P1 and P2 lie horizontally between grasp and release, and at most `HIGHEST` above the grasp. They are not below it,
+    P1 and P2 lie horizontally between grasp and release, at most `MAX_HEIGHT` above the grasp. They are not below it,
     nor below the release if there are fingers, which must pass over the cloth there.
     """
     ahead = Bounds(0.0, fold.span)
-    up = Bounds(_lowest(fold), HIGHEST * fold.span)
+    up = Bounds(_lowest(fold), MAX_HEIGHT * fold.span)
     count = fold.candidates
     grasp = Bounds(0, count - 1, whole=True) if grasps == "integer" else Bounds(0.0, float(count))
     bounds = {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}

@@ -21,9 +21,9 @@ from tatamu.garments.outline_sides import lies_along, named_sides, with_ends
 
 SMOOTH = 2e-4
 """Maximum change of an outline by leaving out points [m]."""
-MOST_CORNERS = 2_000
+MAX_CORNERS = 2_000
 """Maximum number of corners of a curve, because libraries recurse once for each corner, or try all pairs."""
-MOST_NOTES = 5
+MAX_NOTES = 5
 """Maximum number of notes on named curves that are not on the outline; one further note counts the others."""
 Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
@@ -75,9 +75,9 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     for name in open_sides:
         if name not in sides:
             raise InputError(f"{path}: openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")
-    notes = tuple(f"{name}: does not lie along the outline, so is not an opening" for name in stray[:MOST_NOTES])
-    if len(stray) > MOST_NOTES:
-        notes += (f"{len(stray) - MOST_NOTES} more named curves do not lie along the outline",)
+    notes = tuple(f"{name}: does not lie along the outline, so is not an opening" for name in stray[:MAX_NOTES])
+    if len(stray) > MAX_NOTES:
+        notes += (f"{len(stray) - MAX_NOTES} more named curves do not lie along the outline",)
     mirrored = ("unfolded along its mirror line (layer 6)",) if piece.fold is not None else ()
     said = (*piece.remarks, *inside, *mirrored, *(notes if openings is None else ()))
     return Cut(Outline(sides, holes=cut_out), open_sides, said)
@@ -153,15 +153,15 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
 
 
 def _bounded(points: np.ndarray, path: Path) -> np.ndarray:
-    """Return a closed curve, simplified if it has more than `MOST_CORNERS` points."""
-    if len(points) <= MOST_CORNERS:
+    """Return a closed curve, simplified if it has more than `MAX_CORNERS` points."""
+    if len(points) <= MAX_CORNERS:
         return points
     around = np.vstack([points, points[:1]])
-    parts = [around[start : start + MOST_CORNERS + 1] for start in range(0, len(points), MOST_CORNERS)]
+    parts = [around[start : start + MAX_CORNERS + 1] for start in range(0, len(points), MAX_CORNERS)]
     lines = shapely.simplify([shapely.LineString(part) for part in parts], SMOOTH)
     fewer = np.concatenate([shapely.get_coordinates(line)[:-1] for line in lines])
-    if len(fewer) > MOST_CORNERS:
-        raise InputError(where(path, f"must have curves of at most {MOST_CORNERS} corners, given {len(fewer)}"))
+    if len(fewer) > MAX_CORNERS:
+        raise InputError(where(path, f"must have curves of at most {MAX_CORNERS} corners, given {len(fewer)}"))
     return fewer
 
 

@@ -8,23 +8,23 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from tatamu.base.errors import one_line
 from tatamu.garments.frame import Axis
-from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+from tatamu.garments.resolution import MAX_SIDE, MIN_SIDE
 from tatamu.simulation.material import preset_names
 
-LARGEST_SCALE = 1e3
+MAX_SCALE = 1e3
 """Largest allowed length of one unit of a garment's file [m]."""
 Position = tuple[float, float]
 
 
 def _side(value: float) -> float:
-    if not SMALLEST_SIDE <= value <= LARGEST_SIDE:
-        raise ValueError(f"must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {value:g} m")
+    if not MIN_SIDE <= value <= MAX_SIDE:
+        raise ValueError(f"must be from {MIN_SIDE:g} to {MAX_SIDE:g} m, given {value:g} m")
     return value
 
 
 def _scale(value: float) -> float:
-    if not 0.0 < value <= LARGEST_SCALE:
-        raise ValueError(f"must be above 0 and at most {LARGEST_SCALE:g} metres per unit of the file, given {value:g}")
+    if not 0.0 < value <= MAX_SCALE:
+        raise ValueError(f"must be above 0 and at most {MAX_SCALE:g} metres per unit of the file, given {value:g}")
     return value
 
 

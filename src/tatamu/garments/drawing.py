@@ -11,16 +11,16 @@ from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB
 from tatamu.garments.units import Unit
 
-LARGEST_DRAWING = 16 * MIB
+MAX_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
-MOST_PARTS = 500_000
+MAX_PARTS = 500_000
 """Maximum number of elements and of numbers in paths, each included part counted as its own."""
 DEEPEST = 100
 """Maximum depth to which parts include other parts."""
 SELF_SHOWN = "outline: must not contain a part that shows itself"
-FARTHEST = 1e9
+MAX_COORDINATE = 1e9
 """Largest allowed coordinate of a drawing, in the drawing's unit."""
-MOST_POINTS = 100_000
+MAX_POINTS = 100_000
 """Largest number of points of a curve in a drawing."""
 
 
@@ -65,7 +65,7 @@ class DrawnPieces:
     unit: Unit
 
 
-def check_parts(count: int, depth: int, most: int = MOST_PARTS) -> None:
+def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     """Refuse a drawing with too many parts, or with parts that are too deep in one another."""
     if depth >= DEEPEST:
         raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
@@ -77,17 +77,17 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     """Make a curve without repeated points; None if fewer than two points are left.
 
     Raises:
-        InputError: If a coordinate is not finite or exceeds `FARTHEST`, or the curve has too many points.
+        InputError: If a coordinate is not finite or exceeds `MAX_COORDINATE`, or the curve has too many points.
     """
-    if not (np.abs(points) < FARTHEST).all():
-        raise InputError(f"outline: must have coordinates that are finite and at most {FARTHEST:g}")
+    if not (np.abs(points) < MAX_COORDINATE).all():
+        raise InputError(f"outline: must have coordinates that are finite and at most {MAX_COORDINATE:g}")
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
-    if len(points) > MOST_POINTS:
+    if len(points) > MAX_POINTS:
         raise InputError(
-            f"outline: must have curves of at most {MOST_POINTS} points, given {len(points)}; simplify the drawing"
+            f"outline: must have curves of at most {MAX_POINTS} points, given {len(points)}; simplify the drawing"
         )
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < 1e-3 * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)

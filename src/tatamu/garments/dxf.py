@@ -14,9 +14,9 @@ from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import foreign, opened, read_bytes
 from tatamu.garments import apparel
 from tatamu.garments.drawing import (
-    FARTHEST,
-    LARGEST_DRAWING,
-    MOST_PARTS,
+    MAX_COORDINATE,
+    MAX_DRAWING,
+    MAX_PARTS,
     SELF_SHOWN,
     DrawnCurve,
     DrawnPieces,
@@ -29,9 +29,9 @@ from tatamu.garments.units import NAMES, Unit
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 """Types of DXF entities that are curves."""
-MOST_ENTITIES = 60_000
+MAX_ENTITIES = 60_000
 """Maximum number of entities, each inserted block counted as its own; each takes a third of a millisecond."""
-MOST_BENT = 10_000
+MAX_CURVED = 10_000
 """Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
 Layers = dict[str, list[np.ndarray]]
 
@@ -40,7 +40,7 @@ def read_dxf(path: Path) -> DrawnPieces:
     """Read the pieces of a DXF file. Lines and arcs of one layer that meet become one curve."""
     from ezdxf.filemanagement import readfile
 
-    with opened(path, LARGEST_DRAWING), foreign(path, "a DXF file"):
+    with opened(path, MAX_DRAWING), foreign(path, "a DXF file"):
         document = readfile(path)
         _check_unpacked(document)
         return _pieces(document, path)
@@ -60,7 +60,7 @@ def _check_unpacked(document: Any) -> None:
         total = 1 + len(blocks[name])
         for insert in blocks[name].query("INSERT"):
             total += max(int(insert.mcount), 1) * size(f"*{insert.dxf.name.casefold()}", (*around, name))
-        check_parts(total, 0, MOST_ENTITIES)
+        check_parts(total, 0, MAX_ENTITIES)
         return known.setdefault(name, total)
 
     size("", ())
@@ -110,7 +110,7 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
     if stated is not None:
         return stated
     # A file without a header states no unit: the unit is then unknown, even if the reader has a default.
-    code = int(document.units) if b"$INSUNITS" in read_bytes(path, LARGEST_DRAWING) else 0
+    code = int(document.units) if b"$INSUNITS" in read_bytes(path, MAX_DRAWING) else 0
     if code == 0:
         return Unit(1e-3, "millimetres", "assumed: the DXF states no unit")
     try:
@@ -126,16 +126,16 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
     layers: Layers = {}
     drawn = [entity for entity in entities if entity.dxftype() in KINDS]
     bent = sum(entity.dxftype() != "LINE" for entity in drawn)
-    if bent > MOST_BENT:
+    if bent > MAX_CURVED:
         raise InputError(
-            f"outline: must have at most {MOST_BENT} curves besides lines, given {bent}; simplify the drawing"
+            f"outline: must have at most {MAX_CURVED} curves besides lines, given {bent}; simplify the drawing"
         )
     points = 0
     for entity in drawn:
         flat = _flattened(entity, scale)
         points += len(flat)
-        if points > MOST_PARTS:
-            raise InputError(f"outline: must have curves of at most {MOST_PARTS} points in all; simplify the drawing")
+        if points > MAX_PARTS:
+            raise InputError(f"outline: must have curves of at most {MAX_PARTS} points in all; simplify the drawing")
         if len(flat) > 1:
             layers.setdefault(one_line(str(entity.dxf.layer)), []).append(flat)
     return layers
@@ -149,14 +149,14 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     drawn = None if kind == "LINE" else make_path(entity)
     ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
-    if not (np.abs(corners) < FARTHEST).all():
+    if not (np.abs(corners) < MAX_COORDINATE).all():
         raise InputError(
-            f"outline: must have coordinates that are finite and at most {FARTHEST:g}, given others in a {kind}"
+            f"outline: must have coordinates that are finite and at most {MAX_COORDINATE:g}, given others in a {kind}"
         )
     if drawn is None:
         return corners
-    if len(corners) > MOST_PARTS:
-        raise InputError(f"outline: must have curves of at most {MOST_PARTS} points, given more in a {kind}")
+    if len(corners) > MAX_PARTS:
+        raise InputError(f"outline: must have curves of at most {MAX_PARTS} points, given more in a {kind}")
     extent = float(np.ptp(corners, axis=0).max(initial=0.0)) if len(corners) else 0.0
     # at most 0.1 mm off, or more for very large arcs
     near = max(1e-4 / scale, 1e-5 * extent, 1e-10 * float(np.abs(corners).max(initial=0.0)))

@@ -18,7 +18,7 @@ FRAME = 0.04
 """Width of the frame that shows only the table, as a fraction of the photo's extent."""
 FAINTEST = 6.0
 """Minimum difference in colour between garment and table [CIELAB units]."""
-SMALLEST, LARGEST = 0.02, 0.9
+MIN_AREA, MAX_AREA = 0.02, 0.9
 """Minimum and maximum fraction of the photo that a garment covers."""
 EDGE = 4
 """Distance from the border of the photo [pixels] below which a garment touches it."""
@@ -60,7 +60,7 @@ def stand_out(
     mask = binary_opening(binary_closing((away > threshold) & usable, spot), spot)
     regions = label(mask)
     sizes = np.bincount(regions.ravel())[1:]
-    if not len(sizes) or not SMALLEST < sizes.max() / mask.size < LARGEST or np.median(away[mask]) < FAINTEST:
+    if not len(sizes) or not MIN_AREA < sizes.max() / mask.size < MAX_AREA or np.median(away[mask]) < FAINTEST:
         raise InputError(
             f"{path}: photo: no garment stands out from a plain table; give more contrast or crop the photo"
         )

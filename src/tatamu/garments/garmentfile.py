@@ -8,7 +8,7 @@ from typing import Any
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
-from tatamu.garments.description import LARGEST_SCALE, GarmentFile
+from tatamu.garments.description import MAX_SCALE, GarmentFile
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import FORMATS
 from tatamu.garments.pattern import READERS, from_outline
@@ -32,8 +32,8 @@ def load_garment(
     """Read the garment of a file; arguments override the fields of the file."""
     given, fabric = _read(path)
     material = material or fabric
-    if scale is not None and not 0.0 < scale <= LARGEST_SCALE:
-        raise InputError(f"scale: must be above 0 and at most {LARGEST_SCALE:g} metres per unit, given {scale:g}")
+    if scale is not None and not 0.0 < scale <= MAX_SCALE:
+        raise InputError(f"scale: must be above 0 and at most {MAX_SCALE:g} metres per unit, given {scale:g}")
     asked = {"size": size, "spacing": spacing, "scale": scale}
     given = given.model_copy(update={key: value for key, value in asked.items() if value is not None})
     source = _source(path, given)

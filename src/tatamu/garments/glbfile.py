@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.garments.objfile import MOST_TRIANGLES, MOST_VERTICES, TriangleMesh
+from tatamu.garments.objfile import MAX_TRIANGLES, MAX_VERTICES, TriangleMesh
 
 MAX_NODES = 10_000
 """Largest allowed number of nodes of a file."""
-MAX_COUNT = 3 * MOST_TRIANGLES
+MAX_COUNT = 3 * MAX_TRIANGLES
 """Largest number of elements of an accessor, and of vertices and indices of all meshes."""
 JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -151,7 +151,7 @@ class _Glb:
         kind = np.dtype(NUMBERS[accessor["componentType"]])
         self.read += count
         if not 0 <= count <= self.read <= MAX_COUNT * 2:
-            raise InputError(f"mesh: must have at most {MOST_VERTICES} vertices and {MAX_COUNT} indices, given {count}")
+            raise InputError(f"mesh: must have at most {MAX_VERTICES} vertices and {MAX_COUNT} indices, given {count}")
         found = np.zeros((count, width), kind)
         if "bufferView" in accessor:
             found = self._viewed(accessor, count, width, kind)

@@ -15,7 +15,7 @@ from tatamu.simulation.scene import Cloth, Scene, Table
 from tatamu.simulation.simulators import simulate
 
 SECONDS = 2.0
-LYING, HIGHEST = 0.02, 0.04
+LYING, MAX_HEIGHT = 0.02, 0.04
 """Height of a fallen garment [m] above which a note says so, and above which it is a heap and is refused."""
 
 ADVICE = (
@@ -45,10 +45,10 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
     middle = 0.5 * (lying.min(axis=0) + lying.max(axis=0))
     lying = lying - [middle[0], middle[1], 0.0]
     height = float(lying[:, 2].max())
-    if height > HIGHEST:
+    if height > MAX_HEIGHT:
         raise InputError(
-            f"mesh: must lie at most {1e3 * HIGHEST:.0f} mm high after falling on its back, given {1e3 * height:.0f} "
-            f"mm; {ADVICE}"
+            f"mesh: must lie at most {1e3 * MAX_HEIGHT:.0f} mm high after falling on its back, given "
+            f"{1e3 * height:.0f} mm; {ADVICE}"
         )
     note = (
         f"laid flat by a simulated fall of {SECONDS:g} s on its back, after which the garment is at most "

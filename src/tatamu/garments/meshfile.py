@@ -15,11 +15,11 @@ from scipy.spatial import cKDTree
 from tatamu.base.errors import InputError
 from tatamu.base.files import foreign, read_bytes
 from tatamu.garments.glbfile import parse_glb
-from tatamu.garments.objfile import LARGEST_MESH, MOST_TRIANGLES, TriangleMesh, parse_obj
+from tatamu.garments.objfile import MAX_MESH, MAX_TRIANGLES, TriangleMesh, parse_obj
 from tatamu.garments.plyfile import parse_ply
 from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 
-FARTHEST = 1e9
+MAX_COORDINATE = 1e9
 """Largest allowed coordinate in a mesh file, in the file's unit."""
 
 
@@ -32,19 +32,19 @@ def read_mesh(path: Path) -> TriangleMesh:
     kind = path.suffix.lower()
     if kind not in READERS:
         raise InputError(f"{path}: mesh: must be one of {', '.join(READERS)}")
-    data = read_bytes(path, LARGEST_MESH)
+    data = read_bytes(path, MAX_MESH)
     with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
         mesh = READERS[kind](data)
     if not len(mesh.faces):
         raise InputError(f"{path}: mesh: must have triangles, given none")
-    if len(mesh.faces) > MOST_TRIANGLES:
-        raise InputError(f"{path}: mesh: must have at most {MOST_TRIANGLES} triangles, given {len(mesh.faces)}")
+    if len(mesh.faces) > MAX_TRIANGLES:
+        raise InputError(f"{path}: mesh: must have at most {MAX_TRIANGLES} triangles, given {len(mesh.faces)}")
     if not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
         raise InputError(f"{path}: mesh: must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
     mesh = mesh.kept(np.ones(len(mesh.faces), dtype=bool))
-    if not (np.abs(mesh.vertices) < FARTHEST).all():
-        raise InputError(f"{path}: mesh: vertices must be finite and lie within {FARTHEST:g} of the origin")
-    return mesh if mesh.uv is None or (np.abs(mesh.uv) < FARTHEST).all() else replace(mesh, uv=None)
+    if not (np.abs(mesh.vertices) < MAX_COORDINATE).all():
+        raise InputError(f"{path}: mesh: vertices must be finite and lie within {MAX_COORDINATE:g} of the origin")
+    return mesh if mesh.uv is None or (np.abs(mesh.uv) < MAX_COORDINATE).all() else replace(mesh, uv=None)
 
 
 def _parse_stl(data: bytes) -> TriangleMesh:

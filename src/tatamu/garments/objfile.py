@@ -10,11 +10,11 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import MIB
 from tatamu.garments.polygons import triangulate
 
-LARGEST_MESH = 64 * MIB
+MAX_MESH = 64 * MIB
 """Largest size of a mesh file [bytes]."""
-MOST_TRIANGLES = 200_000
+MAX_TRIANGLES = 200_000
 """Maximum number of triangles; with a tenth of it, simulations take minutes."""
-MOST_VERTICES = 3 * MOST_TRIANGLES
+MAX_VERTICES = 3 * MAX_TRIANGLES
 """Maximum number of vertices: three for each triangle, as in STL files."""
 
 
@@ -71,8 +71,8 @@ class _Reader:
         self.part = ""
 
     def take(self, words: list[str]) -> None:
-        if len(self.faces) > MOST_TRIANGLES or max(len(self.vertices), len(self.texture)) > MOST_VERTICES:
-            raise InputError(f"mesh: must have at most {MOST_TRIANGLES} triangles and {MOST_VERTICES} vertices")
+        if len(self.faces) > MAX_TRIANGLES or max(len(self.vertices), len(self.texture)) > MAX_VERTICES:
+            raise InputError(f"mesh: must have at most {MAX_TRIANGLES} triangles and {MAX_VERTICES} vertices")
         match words[:1]:
             case ["v"]:
                 self.vertices.append([float(words[1]), float(words[2]), float(words[3])])

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tatamu.garments.outline_sides import SHORTEST
+from tatamu.garments.outline_sides import MIN_SIDE
 
 
 @dataclass
@@ -43,7 +43,7 @@ def divided(
     openings = []
     for side, path in sides.items():
         is_open = np.array([tuple(sorted(pair)) in free for pair in pairwise(path.tolist())])
-        parts = _parts(is_open, _lengths(plan[path]), SHORTEST * around)
+        parts = _parts(is_open, _lengths(plan[path]), MIN_SIDE * around)
         _name(parts, side, {*sides, *parted})
         for part in parts:
             parted[part.name] = path[part.points]

@@ -9,9 +9,9 @@ from shapely import LineString, Point, distance, line_interpolate_point, points
 
 from tatamu.base.errors import InputError
 
-SHORTEST = 0.03
+MIN_SIDE = 0.03
 """Minimum length of an unnamed side, as a fraction of the outline's; a shorter one becomes part of its neighbour."""
-FARTHEST = 0.03
+MAX_GAP = 0.03
 """Maximum distance of the ends of a curve that names a side from the outline, relative to its larger extent."""
 BESIDE = 0.15
 """Maximum distance of its other points, which is large because a straight curve may name a curved neckline."""
@@ -60,7 +60,7 @@ def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
     places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)
     away = distance(places, ring)
     apart = abs(ring.project(places[-1]) - ring.project(places[0])) > 1e-3 * ring.length
-    return apart and float(away[[0, -1]].max()) <= FARTHEST * extent and float(away.max()) <= BESIDE * extent
+    return apart and float(away[[0, -1]].max()) <= MAX_GAP * extent and float(away.max()) <= BESIDE * extent
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
@@ -68,7 +68,7 @@ def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:
     extent = float(np.ptp(loop, axis=0).max())
     away = np.linalg.norm(loop[:, None] - curve[[0, -1]], axis=2)
     start, end = (int(k) for k in away.argmin(axis=0))
-    if away.min(axis=0).max() > FARTHEST * extent or start == end:
+    if away.min(axis=0).max() > MAX_GAP * extent or start == end:
         raise InputError(f"openings: {name} must begin and end on the outline, at two different places")
     line = LineString(curve)
     middle = points(0.5 * (loop + np.roll(loop, -1, axis=0)))
@@ -82,7 +82,7 @@ def _absorb(label: np.ndarray, length: np.ndarray, kept: set[str]) -> None:
         runs = _runs(label)
         sizes = [float(length[np.arange(a, b) % len(label)].sum()) for a, b in runs]
         short = [k for k, size in enumerate(sizes) if label[runs[k][0] % len(label)] not in kept]
-        short = [k for k in short if sizes[k] < SHORTEST * length.sum()]
+        short = [k for k in short if sizes[k] < MIN_SIDE * length.sum()]
         around = {
             k: [j for j in ((k - 1) % len(runs), (k + 1) % len(runs)) if _name(runs, label, j) not in kept]
             for k in short

@@ -16,7 +16,7 @@ from scipy import sparse
 
 from tatamu.base.errors import InputError
 from tatamu.garments.outline import Outline, resampled
-from tatamu.garments.resolution import MOST_VERTICES
+from tatamu.garments.resolution import MAX_VERTICES
 from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay, twice_areas
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
 
@@ -57,9 +57,9 @@ def panel(outline: Outline, spacing: float) -> Panel:
 def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
     """Refuse an outline that cannot be meshed, before attempts to mesh it take time."""
     count = sum(len(curve) for curve in curves.values())
-    if count > MOST_VERTICES // 2:
+    if count > MAX_VERTICES // 2:
         raise InputError(
-            f"outline: must have at most {MOST_VERTICES // 2} points in its mesh, given {count}; simplify the drawing"
+            f"outline: must have at most {MAX_VERTICES // 2} points in its mesh, given {count}; simplify the drawing"
         )
     border = shapely.unary_union([shapely.LineString(curve) for curve in curves.values()])
     if shapely.minimum_clearance(border) < 0.01 * spacing:  # edges would be too short

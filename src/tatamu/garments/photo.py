@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
-from tatamu.garments.foreground import SMALLEST, stand_out
+from tatamu.garments.foreground import MIN_AREA, stand_out
 from tatamu.garments.picture import read_picture
 
 
@@ -82,7 +82,7 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
 
     regions = label(share > 0.5)
     sizes = np.bincount(regions.ravel())[1:]
-    if not len(sizes) or sizes.max() < SMALLEST * share.size:
+    if not len(sizes) or sizes.max() < MIN_AREA * share.size:
         raise InputError(f"{path}: photo: its alpha channel must show a garment, given an almost empty channel")
     garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
     beside = np.asarray((regions > 0) & ~garment)

@@ -10,7 +10,7 @@ import shapely
 from tatamu.base.errors import InputError
 from tatamu.garments.drawing import DrawnCurve, DrawnPieces, Piece, where
 
-MOST_CURVES = 5_000
+MAX_CURVES = 5_000
 """Maximum number of closed curves of a drawing, and of open curves."""
 
 
@@ -24,10 +24,10 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
         InputError: If there are too many curves.
     """
     closed = [curve for curve in curves if curve.closed]
-    if len(closed) > MOST_CURVES:
-        raise InputError(f"outline: must have at most {MOST_CURVES} closed curves, given {len(closed)}; leave text out")
-    if len(curves) - len(closed) > MOST_CURVES:
-        raise InputError(f"outline: must have at most {MOST_CURVES} open curves, given {len(curves) - len(closed)}")
+    if len(closed) > MAX_CURVES:
+        raise InputError(f"outline: must have at most {MAX_CURVES} closed curves, given {len(closed)}; leave text out")
+    if len(curves) - len(closed) > MAX_CURVES:
+        raise InputError(f"outline: must have at most {MAX_CURVES} open curves, given {len(curves) - len(closed)}")
     regions = {id(curve): _region(curve) for curve in closed}
     loops = sorted(closed, key=lambda curve: -float(regions[id(curve)].area))
     if not loops:

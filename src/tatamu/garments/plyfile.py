@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.garments.objfile import MOST_TRIANGLES, MOST_VERTICES, TriangleMesh
+from tatamu.garments.objfile import MAX_TRIANGLES, MAX_VERTICES, TriangleMesh
 from tatamu.garments.polygons import triangulate
 
 TYPES = {
@@ -104,7 +104,7 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
     if not stated:
         raise ValueError("its header states no format")
     for element in elements:
-        most = {"vertex": MOST_VERTICES, "face": MOST_TRIANGLES}.get(element.name, MOST_VERTICES)
+        most = {"vertex": MAX_VERTICES, "face": MAX_TRIANGLES}.get(element.name, MAX_VERTICES)
         if element.count > most:
             raise InputError(f"mesh: must have at most {most} of element {element.name}, given {element.count}")
     return ORDERS[stated], elements, body[2:] if body.startswith(b"\r\n") else body[1:]

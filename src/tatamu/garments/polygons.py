@@ -9,7 +9,7 @@ import shapely
 
 from tatamu.simulation.mesh.meshing import twice_areas
 
-MOST_CORNERS = 2_000
+MAX_CORNERS = 2_000
 
 
 def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int, int, int]]:
@@ -22,8 +22,8 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
         ValueError: If the face has fewer than three corners or too many, or it touches or crosses itself.
     """
     count = len(corners)
-    if not 3 <= count <= MOST_CORNERS:
-        raise ValueError(f"a face must have from 3 to {MOST_CORNERS} corners, given {count}")
+    if not 3 <= count <= MAX_CORNERS:
+        raise ValueError(f"a face must have from 3 to {MAX_CORNERS} corners, given {count}")
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
     if count == 3:
         return fan

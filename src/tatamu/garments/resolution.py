@@ -11,9 +11,9 @@ PASSABLE = 0.65
 """Maximum spacing with passable folds [bending lengths] (docs/theory/bending.md)."""
 FINEST_GIVEN = 1e-3
 """Minimum spacing that the user may give [m]."""
-SMALLEST_SIDE, LARGEST_SIDE = 0.05, 5.0
-MOST_VERTICES = 50_000
-MOST_BY_DEFAULT = 3_000
+MIN_SIDE, MAX_SIDE = 0.05, 5.0
+MAX_VERTICES = 50_000
+MAX_BY_DEFAULT = 3_000
 """Approximate maximum number of vertices with the default spacing; more would take longer than minutes."""
 CELL = np.sqrt(0.75)
 """Area per vertex of a mesh of equilateral triangles, in squared edge lengths."""
@@ -27,14 +27,14 @@ def spacing_for(material: Material) -> float:
 
 def default_spacing(material: Material, area: float) -> float:
     """Return the default spacing [m] for an area of all layers [m^2]: fine enough for folds, but not too fine."""
-    return max(spacing_for(material), float(np.sqrt(area / CELL / MOST_BY_DEFAULT)))
+    return max(spacing_for(material), float(np.sqrt(area / CELL / MAX_BY_DEFAULT)))
 
 
 def check_size(size: tuple[float, float]) -> None:
     """Refuse a width and length [m] that no garment has."""
     for name, side in zip(("width", "length"), size, strict=True):
-        if not SMALLEST_SIDE <= side <= LARGEST_SIDE:
-            raise InputError(f"size: {name} must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m, given {side:g} m")
+        if not MIN_SIDE <= side <= MAX_SIDE:
+            raise InputError(f"size: {name} must be from {MIN_SIDE:g} to {MAX_SIDE:g} m, given {side:g} m")
 
 
 def check_spacing(spacing: float, size: tuple[float, float], area: float) -> None:
@@ -45,7 +45,7 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
             f"given {spacing:g} m"
         )
     if not spacing_is_possible(spacing, size, area):
-        raise InputError(f"spacing: {spacing:g} m makes more than {MOST_VERTICES} vertices; give a larger spacing")
+        raise InputError(f"spacing: {spacing:g} m makes more than {MAX_VERTICES} vertices; give a larger spacing")
 
 
 def largest_spacing(size: tuple[float, float]) -> float:
@@ -55,4 +55,4 @@ def largest_spacing(size: tuple[float, float]) -> float:
 
 def spacing_is_possible(spacing: float, size: tuple[float, float], area: float) -> bool:
     """Return whether a spacing [m] suits a size [m] and an area of all layers [m^2]."""
-    return FINEST_GIVEN <= spacing <= largest_spacing(size) and area / spacing**2 <= 0.8 * MOST_VERTICES
+    return FINEST_GIVEN <= spacing <= largest_spacing(size) and area / spacing**2 <= 0.8 * MAX_VERTICES

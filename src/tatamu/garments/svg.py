@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB, foreign, read_text
-from tatamu.garments.drawing import LARGEST_DRAWING, DrawnPieces, where
+from tatamu.garments.drawing import MAX_DRAWING, DrawnPieces, where
 from tatamu.garments.pieces import grouped
 from tatamu.garments.svg_shapes import INCH, LENGTH, UNITS, Page, Shape, view_box, visible_shapes
 from tatamu.garments.units import Unit
@@ -31,7 +31,7 @@ INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
 
 def read_svg(path: Path) -> DrawnPieces:
     """Read the curves of an SVG file."""
-    text = read_text(path, LARGEST_DRAWING)
+    text = read_text(path, MAX_DRAWING)
     with foreign(path, "an SVG file"):
         _check_entities(text)
         root = ElementTree.fromstring(text.encode())
@@ -50,8 +50,8 @@ def _check_entities(text: str) -> None:
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
         raise InputError("outline: must have XML entities without other entities inside")
     used = Counter(re.findall(r"&([^\s&;]+);", text)) if entities else Counter()
-    if sum(len(value) * used[name] for name, value in entities.items()) > LARGEST_DRAWING:
-        raise InputError(f"outline: must have XML entities of at most {LARGEST_DRAWING / MIB:.0f} MiB in total")
+    if sum(len(value) * used[name] for name, value in entities.items()) > MAX_DRAWING:
+        raise InputError(f"outline: must have XML entities of at most {MAX_DRAWING / MIB:.0f} MiB in total")
 
 
 def _name(shape: Shape) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from tatamu.base.errors import InputError
-from tatamu.garments.resolution import LARGEST_SIDE, SMALLEST_SIDE
+from tatamu.garments.resolution import MAX_SIDE, MIN_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
 """Names of units that are usual in drawings, by the length of the unit in metres."""
@@ -54,7 +54,7 @@ def probable_scale(sides: tuple[float, float], unit: Unit, scales: Iterable[floa
     fitting = [
         scale
         for scale in scales
-        if USUAL[0] <= scale * longer <= USUAL[1] and scale * shorter >= SMALLEST_SIDE and scale != unit.metres
+        if USUAL[0] <= scale * longer <= USUAL[1] and scale * shorter >= MIN_SIDE and scale != unit.metres
     ]
     return min(fitting, key=lambda scale: abs(scale * longer - 0.7), default=None)
 
@@ -72,18 +72,18 @@ def how_to_scale(sides: tuple[float, float], unit: Unit) -> str:
 
 def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
     """Refuse a width and length [m] that no garment has."""
-    if SMALLEST_SIDE <= min(sides) and max(sides) <= LARGEST_SIDE:
+    if MIN_SIDE <= min(sides) and max(sides) <= MAX_SIDE:
         return
     width, length = sides
     advice = how_to_scale(sides, unit)
     if not advice:
-        small = min(sides) < SMALLEST_SIDE
+        small = min(sides) < MIN_SIDE
         advice = (
             f"; no usual unit makes the garment fit, and nothing that is {'narrower' if small else 'larger'} can be "
             "folded"
         )
     raise InputError(
-        f"{what}: must be from {SMALLEST_SIDE:g} to {LARGEST_SIDE:g} m on each side, given {width:.4g} m wide and "
+        f"{what}: must be from {MIN_SIDE:g} to {MAX_SIDE:g} m on each side, given {width:.4g} m wide and "
         f"{length:.4g} m long, {unit.words}{advice}"
     )
 

@@ -27,7 +27,7 @@ JITTER = 1e-6
 PRIOR_OBSERVATIONS = 2.0
 LOG_LENGTH_SPREAD = 1.0
 """Standard deviation v of log l_k in its prior."""
-SHORTEST, LONGEST = 0.03, 30.0
+MIN_LENGTH, MAX_LENGTH = 0.03, 30.0
 """Minimum and maximum length l_k, in sides of the unit cube."""
 START = 0.5
 """Length l_k at which the search for the lengths starts, in sides of the unit cube."""
@@ -61,7 +61,7 @@ class GaussianProcess:
             np.full(dimensions, np.log(START)),
             jac=True,
             method="L-BFGS-B",
-            bounds=[(np.log(SHORTEST), np.log(LONGEST))] * dimensions,
+            bounds=[(np.log(MIN_LENGTH), np.log(MAX_LENGTH))] * dimensions,
             options={"maxiter": 30, "ftol": 1e-5, "gtol": 1e-2},
         )
         return cls._with(points, values, np.exp(found.x))

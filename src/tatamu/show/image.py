@@ -11,7 +11,7 @@ from PIL import Image
 
 from tatamu.base.files import MIB, read_bytes, replacing
 
-LARGEST = 16 * MIB
+MAX_BYTES = 16 * MIB
 """Largest size of a picture file that is stored in a page [bytes]."""
 
 
@@ -29,7 +29,7 @@ def data_uri(pixels: np.ndarray) -> str:
 
 def jpeg_uri(path: Path) -> str:
     """Return the picture in a JPEG file as a data URI."""
-    return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, LARGEST)).decode()
+    return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, MAX_BYTES)).decode()
 
 
 def save_png(pixels: np.ndarray, path: Path) -> None:

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
 
-from tatamu.base.arrays import LARGEST, Points
+from tatamu.base.arrays import MAX_COORDINATE, Points
 from tatamu.base.records import Record
 from tatamu.simulation.material import Number
 
@@ -47,7 +47,7 @@ def _plain(array: np.ndarray) -> list[Any]:
 
 Quaternions = Annotated[np.ndarray, BeforeValidator(_quaternions), PlainSerializer(_plain)]
 """Unit quaternions (w, x, y, z), shape (k, 4)."""
-Size = Annotated[float, Field(ge=1e-5, le=LARGEST, strict=False)]
+Size = Annotated[float, Field(ge=1e-5, le=MAX_COORDINATE, strict=False)]
 
 
 class Body(Record):

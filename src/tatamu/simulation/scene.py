@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from tatamu.base.arrays import LARGEST, Edges, Triangles, edges
+from tatamu.base.arrays import MAX_COORDINATE, Edges, Triangles, edges
 from tatamu.base.arrays import Index as Index
 from tatamu.base.arrays import Points as Points
 from tatamu.base.errors import InputError
@@ -20,10 +20,10 @@ from tatamu.simulation.clearance import deepest
 from tatamu.simulation.material import GRAVITY, Material, Number
 from tatamu.simulation.mesh.topology import check_mesh
 
-LEAST_IN_PLANE = 1e-3
+MIN_IN_PLANE = 1e-3
 """Minimum part of a warp direction in the plane of its triangle [-]."""
 
-MOST_VERTICES = 150_000
+MAX_VERTICES = 150_000
 """Maximum number of vertices, which take ten seconds to prepare; garments have about 2,000."""
 SAME_TIME = 1e-9
 """Maximum difference of equal times [s], because sums of time steps have rounding errors."""
@@ -35,7 +35,7 @@ def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None
     a, b, c = (rest[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     within = np.linalg.norm(np.cross(normal, fibre), axis=1) / np.linalg.norm(normal, axis=1)
-    if not (within > LEAST_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
+    if not (within > MIN_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
         wrong = int(np.argmin(within))
         raise ValueError(
             f"fibre must have a part in the plane of its triangle, given {fibre[min(wrong, len(fibre) - 1)].tolist()} "
@@ -64,9 +64,9 @@ class Cloth(Record):
             raise ValueError(
                 f"rest_vertices must be one for each of {len(self.vertices)} vertices, given {len(self.rest_vertices)}"
             )
-        if len(self.vertices) > MOST_VERTICES:
+        if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
-                f"vertices must be at most {MOST_VERTICES}, given {len(self.vertices)}; give a coarser mesh"
+                f"vertices must be at most {MAX_VERTICES}, given {len(self.vertices)}; give a coarser mesh"
             )
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:
@@ -87,7 +87,7 @@ class Cloth(Record):
 class Table(Record):
     """The plane of the table: z = height - x tan(tilt)."""
 
-    height: Number = Field(0.0, ge=-LARGEST, le=LARGEST)
+    height: Number = Field(0.0, ge=-MAX_COORDINATE, le=MAX_COORDINATE)
     """Height of the table's top at x = 0 [m]."""
     tilt: Number = Field(0.0, ge=-1.5533, le=1.5533)
     """Rotation about y [rad], at most 89 degrees. With a positive tilt, +x is downhill."""

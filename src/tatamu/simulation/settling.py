@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tatamu.simulation.material import Material
 
-MOST_DRAG = 1e3
+MAX_DRAG = 1e3
 """Maximum air drag of a material [N s/m^3]."""
 
 
 def settling(material: Material, rate: float) -> Material:
     """Return the material with drag that critically damps motions of the angular frequency `rate` [rad/s]."""
-    return material.model_copy(update={"air_drag": min(2.0 * rate * material.areal_density, MOST_DRAG)})
+    return material.model_copy(update={"air_drag": min(2.0 * rate * material.areal_density, MAX_DRAG)})

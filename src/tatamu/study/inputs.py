@@ -23,7 +23,7 @@ from tatamu.simulation.material import is_preset
 INPUTS = "inputs"
 INDEX = "files.json"
 """The file with the path of the copy of each kind of input."""
-LARGEST_INPUT = 256 * MIB
+MAX_INPUT = 256 * MIB
 """Maximum size of a copied file [bytes]. The meshes of a robot's links may be large."""
 
 
@@ -74,7 +74,7 @@ def _keep(folder: Path, source: Sources) -> str:
     places = [path.relative_to(base) for path in paths]
     for path, place in zip(paths, places, strict=True):
         with replacing(folder / place) as temporary:
-            temporary.write_bytes(read_bytes(path, LARGEST_INPUT))
+            temporary.write_bytes(read_bytes(path, MAX_INPUT))
     return places[0].as_posix()
 
 

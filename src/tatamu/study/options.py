@@ -16,7 +16,7 @@ from tatamu.base.records import Record
 from tatamu.evaluation.array import LEVEL
 from tatamu.folding.aim import Aim
 
-MOST_PARALLEL = 16
+MAX_PARALLEL = 16
 """Maximum number of pending trials. With more, each is proposed from too few results."""
 USUAL_PENDING = 2
 """Default number of pending trials, equal on all machines, because the results of a study depend on it. With more, new
@@ -126,8 +126,8 @@ class LearnOptions(Options):
             raise InputError(f"trials: must be from 1 to 10000, given {self.trials}")
         if not 0 <= self.seed < 2**32:
             raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {self.seed}")
-        if self.parallel is not None and not 1 <= self.parallel <= MOST_PARALLEL:
-            raise InputError(f"parallel: must be from 1 to {MOST_PARALLEL}, given {self.parallel}")
+        if self.parallel is not None and not 1 <= self.parallel <= MAX_PARALLEL:
+            raise InputError(f"parallel: must be from 1 to {MAX_PARALLEL}, given {self.parallel}")
         if not 0.0 < self.level <= 4.0:
             raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
         if self.aim is not None:

@@ -19,7 +19,7 @@ from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
 from tatamu.sweep.records import NAME
 
-MOST_TASKS = 100_000
+MAX_TASKS = 100_000
 """Largest number of tasks in a sweep."""
 GROWING = frozenset({"trials"})
 """Options that may change while a task stays the same and goes on."""
@@ -55,9 +55,9 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
     """
     file = validated(SweepFile, read_toml(path), path)
     count = prod(len(values) for values in file.grid.values()) if file.grid else 0
-    if not 1 <= count + len(file.task) <= MOST_TASKS:
+    if not 1 <= count + len(file.task) <= MAX_TASKS:
         raise InputError(
-            f"{path}: must describe 1 to {MOST_TASKS} tasks, in [grid] or as [[task]], given {count + len(file.task)}"
+            f"{path}: must describe 1 to {MAX_TASKS} tasks, in [grid] or as [[task]], given {count + len(file.task)}"
         )
     tasks = [_task(path, where, options, model) for where, options in _all_options(file)]
     seen: dict[str, str] = {}

@@ -18,12 +18,12 @@ from tatamu.show.table import Table
 from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
-LEAST = 1e-5
+MIN_DISTANCE = 1e-5
 """Smallest distance on the logarithmic axis of the chart [m].
 
 Smaller distances appear in the chart at this value.
 """
-MOST_POINTS = 5000
+MAX_POINTS = 5000
 """Largest number of tasks in a chart. The table contains all tasks."""
 
 
@@ -91,8 +91,8 @@ def _summary(group: Sequence[TaskRecord]) -> list[str]:
 
 def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
     """Return a chart of the mean vertex distances, with a row for each group and a dot for each task."""
-    shown = [(name, record) for name, group in groups.items() for record in group][:MOST_POINTS][::-1]
-    values = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for _, record in shown]
+    shown = [(name, record) for name, group in groups.items() for record in group][:MAX_POINTS][::-1]
+    values = [1e3 * max(record.mean_vertex_distance or MIN_DISTANCE, MIN_DISTANCE) for _, record in shown]
     dots = {
         "x": [round(value, 4) for value in values],
         "y": [_short(name) for name, _ in shown],
@@ -114,12 +114,12 @@ def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
 
 def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
     """Return charts with a dot for each task, whose coordinates are the two terms of the objective, Eq. (10)."""
-    both = [record for record in records if record.trajectory_length is not None][:MOST_POINTS]
+    both = [record for record in records if record.trajectory_length is not None][:MAX_POINTS]
     if not both:
         return []
     garments = list(dict.fromkeys(str(record.options.get("garment")) for record in both))
     data = [_cloud(garment, number, both) for number, garment in enumerate(garments)]
-    distances = [1e3 * max(record.mean_vertex_distance or LEAST, LEAST) for record in both]
+    distances = [1e3 * max(record.mean_vertex_distance or MIN_DISTANCE, MIN_DISTANCE) for record in both]
     plot: Plot = traces(
         data,
         xaxis=axis("l_x: length of a hand's path [m]"),
@@ -134,7 +134,7 @@ def _cloud(garment: str, number: int, records: Sequence[TaskRecord]) -> dict[str
     return {
         "name": garment,
         "x": [record.trajectory_length for record in own],
-        "y": [round(1e3 * max(record.mean_vertex_distance or LEAST, LEAST), 4) for record in own],
+        "y": [round(1e3 * max(record.mean_vertex_distance or MIN_DISTANCE, MIN_DISTANCE), 4) for record in own],
         "text": [record.name for record in own],
         "mode": "markers",
         "marker": {"size": 8, "color": f"@series-{number % SERIES}"},

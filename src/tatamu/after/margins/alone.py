@@ -9,10 +9,10 @@ from tatamu.evaluation.disturbances import NOMINAL, Channel, World
 from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.score import Limits
 
-FARTHEST = 3.0
+MAX_DEVIATIONS = 3.0
 """Largest disturbance that is tried, in deviations. Larger ones occur once in 400 folds."""
 HALVINGS = 3
-"""Bisections of a range. The last range is an eighth of `FARTHEST`, 0.4 deviations."""
+"""Bisections of a range. The last range is an eighth of `MAX_DEVIATIONS`, 0.4 deviations."""
 
 Bisection = Generator[World, Outcome, float | None]
 """Yields scenarios, receives their outcomes, and returns the last value that succeeds; None if all do."""
@@ -40,9 +40,9 @@ class Side:
 
     def bisect(self, limits: Limits) -> Bisection:
         """Find the largest disturbance at which the fold still succeeds."""
-        if limits.hold((yield self.scenario(FARTHEST))):
+        if limits.hold((yield self.scenario(MAX_DEVIATIONS))):
             return None
-        low, high = 0.0, FARTHEST
+        low, high = 0.0, MAX_DEVIATIONS
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
             succeeds = limits.hold((yield self.scenario(middle)))

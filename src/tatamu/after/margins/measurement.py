@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tatamu.after.margins.alone import FARTHEST, Side
+from tatamu.after.margins.alone import MAX_DEVIATIONS, Side
 from tatamu.base.errors import InputError
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import (
@@ -181,7 +181,7 @@ def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMar
             high=high,
             deviation=below.deviation,
             mean=below.centre[below.channel.name],
-            tried=(below.shown(FARTHEST), above.shown(FARTHEST)),
+            tried=(below.shown(MAX_DEVIATIONS), above.shown(MAX_DEVIATIONS)),
         )
         for below, above, low, high in pairs
     ]

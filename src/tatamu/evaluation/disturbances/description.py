@@ -30,15 +30,15 @@ Angle = Annotated[Number, Field(ge=0.0, le=1.0)]
 """Standard deviation of an angle [rad]."""
 Time = Annotated[Number, Field(ge=0.0, le=2.0)]
 """Standard deviation of a time [s]."""
-MOST_RELATIVE = 2.0
+MAX_RELATIVE = 2.0
 """Maximum standard deviation of the logarithm of a factor: a factor of seven."""
-Relative = Annotated[Number, Field(ge=0.0, le=MOST_RELATIVE)]
+Relative = Annotated[Number, Field(ge=0.0, le=MAX_RELATIVE)]
 """Standard deviation of the logarithm of a factor."""
 ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 """Standard deviations along the fold, across it, and up [m]."""
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Standard deviations along the fold and across it [m]."""
-FARTHEST_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MOST_RELATIVE}
+MAX_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MAX_RELATIVE}
 """Maximum absolute mean of a disturbance, by its unit."""
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 
@@ -68,7 +68,7 @@ def _one_or_two(value: Any) -> Any:
 LengthOfHands = Annotated[float | list[float], BeforeValidator(_one_or_two)]
 """Standard deviation of a position [m]: for both hands, or for the left and for the right hand."""
 
-LEAST_EIGENVALUE = -0.01
+MIN_EIGENVALUE = -0.01
 """Minimum eigenvalue of a correlation matrix. Entries rounded to three digits cause small negative ones."""
 
 
@@ -134,7 +134,7 @@ class Correlation(Record):
         matrix = np.array(self.matrix).reshape(count, count)
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")
-        if count and np.linalg.eigvalsh(matrix)[0] < LEAST_EIGENVALUE:
+        if count and np.linalg.eigvalsh(matrix)[0] < MIN_EIGENVALUE:
             raise ValueError("matrix must have no negative eigenvalue, because it is a correlation matrix")
         return self
 
@@ -173,7 +173,7 @@ class Disturbances(Record):
         for name, value in self.mean.items():
             if name not in PLACES:
                 raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
-            most = FARTHEST_MEAN[CHANNELS[PLACES[name]].unit]
+            most = MAX_MEAN[CHANNELS[PLACES[name]].unit]
             if abs(value) > most:
                 raise ValueError(f"mean.{name} must be from -{most:g} to {most:g}, given {value:g}")
         for name in self.systematic:
@@ -248,7 +248,7 @@ def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
 
 
 def _relative(path: Path, name: str, given: Any, material: Material) -> float:
-    """Return a standard uncertainty divided by the value of its field [-], but at most `MOST_RELATIVE`."""
+    """Return a standard uncertainty divided by the value of its field [-], but at most `MAX_RELATIVE`."""
     if name not in FIELDS:
         raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:
@@ -256,4 +256,4 @@ def _relative(path: Path, name: str, given: Any, material: Material) -> float:
     value = getattr(material, name)
     if value is None:
         raise InputError(f"{path}: uncertainty.{name}: must be left out, because the material has no {name}")
-    return min(float(given) / value, MOST_RELATIVE) if value else 0.0
+    return min(float(given) / value, MAX_RELATIVE) if value else 0.0

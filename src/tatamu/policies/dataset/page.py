@@ -19,9 +19,9 @@ from tatamu.show.page import render
 from tatamu.show.quantity import NOTHING
 from tatamu.show.table import Table
 
-LEAST = 1e-4
+MIN_DISTANCE = 1e-4
 """Smallest distance on a logarithmic axis [m]; smaller ones are shown at it."""
-MOST_POINTS = 5000
+MAX_POINTS = 5000
 """Largest number of episodes in a chart."""
 
 
@@ -98,7 +98,7 @@ def _words(record: EpisodeRecord) -> str:
 
 
 def _distances(records: Sequence[EpisodeRecord]) -> Chart:
-    values = np.array([max(_distance(record), LEAST) for record in records]) * 1e3
+    values = np.array([max(_distance(record), MIN_DISTANCE) for record in records]) * 1e3
     edges = np.geomspace(0.9 * values.min(), 1.1 * values.max(), 31)
     counts, _ = np.histogram(values, edges)
     limit = 1e3 * Limits().mean_vertex_distance
@@ -127,19 +127,19 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
 def _paths(records: Sequence[EpisodeRecord]) -> Chart:
     clouds = []
     for succeeds, colour, name in ((True, "@plot", "succeeds"), (False, "@warm", "fails")):
-        own = [record for record in records[:MOST_POINTS] if record.success == succeeds]
+        own = [record for record in records[:MAX_POINTS] if record.success == succeeds]
         clouds.append(
             {
                 "name": name,
                 "x": [0.0 if record.score is None else round(record.score.trajectory_length, 4) for record in own],
-                "y": [round(1e3 * max(_distance(record), LEAST), 4) for record in own],
+                "y": [round(1e3 * max(_distance(record), MIN_DISTANCE), 4) for record in own],
                 "text": [f"episode {record.episode}" for record in own],
                 "mode": "markers",
                 "marker": {"size": 6, "color": colour, "opacity": 0.7},
                 "hovertemplate": "%{text}<br>%{x:.3f} m, %{y:.2f} mm<extra></extra>",
             }
         )
-    values = [1e3 * max(_distance(record), LEAST) for record in records]
+    values = [1e3 * max(_distance(record), MIN_DISTANCE) for record in records]
     plot = traces(
         clouds,
         xaxis=axis("l_x: length of a hand's path [m]"),

@@ -21,7 +21,7 @@ from tatamu.study.inputs import kept_input
 from tatamu.study.result import Result
 from tatamu.sweep import SweepFolder
 
-MOST_RUNS = 10_000
+MAX_RUNS = 10_000
 """Largest number of learned folds in a dataset."""
 
 
@@ -56,8 +56,8 @@ def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
         InputError: If a folder contains no learned fold, or is broken.
     """
     folders = [found for path in _folders(specification) for found in _steps(path)]
-    if len(folders) > MOST_RUNS:
-        raise InputError(f"fold: must name at most {MOST_RUNS} learned folds, given {len(folders)}")
+    if len(folders) > MAX_RUNS:
+        raise InputError(f"fold: must name at most {MAX_RUNS} learned folds, given {len(folders)}")
     return [_learned(folder) for folder in folders]
 
 

@@ -13,7 +13,7 @@ from tatamu.policies.dataset.distribution import Distribution, Names, highest
 from tatamu.policies.envs.cameras import Camera
 from tatamu.simulation.material import Number
 
-MOST_EPISODES = 1_000_000
+MAX_EPISODES = 1_000_000
 Format = Literal["lerobot", "zarr"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
@@ -113,7 +113,7 @@ class DatasetSpecification(Record):
     """The contents of the file that specifies a dataset."""
 
     version: Literal[1] = 1
-    episodes: Annotated[StrictInt, Field(ge=1, le=MOST_EPISODES)]
+    episodes: Annotated[StrictInt, Field(ge=1, le=MAX_EPISODES)]
     seed: Annotated[StrictInt, Field(ge=0, lt=2**32)] = 0
     formats: Annotated[list[Format], Field(min_length=1)] = Field(default_factory=lambda: list[Format](FORMATS))
     disturbances: str = "default"

@@ -20,7 +20,7 @@ from tatamu.policies.dataset.episode import Episode
 
 SHARD = 16 << 20
 """Largest size of a shard before compression [bytes]."""
-MOST_IN_SHARD = 64
+MAX_IN_SHARD = 64
 FRAMES = 16
 """Frames in a chunk, which is read at once."""
 GAP: Mapping[str, Any] = {"f": np.nan, "i": -1, "b": False, "u": 0}
@@ -113,7 +113,7 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
 
 def _create(group: Any, name: str, count: int, extent: Extent) -> Any:
     size = extent.dtype.itemsize * int(np.prod(extent.shape))
-    episodes = int(np.clip(SHARD // max(size, 1), 1, min(count, MOST_IN_SHARD)))
+    episodes = int(np.clip(SHARD // max(size, 1), 1, min(count, MAX_IN_SHARD)))
     frames = extent.shape[0]
     chunk = min(frames, FRAMES) if name in PER_FRAME else frames
     return group.create_array(

@@ -28,7 +28,7 @@ from tatamu.simulation.scene import Gripper, Scene
 
 RATE = 10
 """Default number of steps per second [1/s]."""
-MOST_RATE = 60
+MAX_RATE = 60
 """Largest number of steps per second [1/s]."""
 NEVER = 1e6
 """Time at which the scene's grippers close by themselves, after every episode [s]."""
@@ -78,8 +78,8 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """
         if reward not in ("dense", "sparse"):
             raise InputError(f"reward: must be dense or sparse, given {reward!r}")
-        if not (isinstance(rate, int) and 1 <= rate <= MOST_RATE):
-            raise InputError(f"rate: must be a whole number from 1 to {MOST_RATE}, given {rate}")
+        if not (isinstance(rate, int) and 1 <= rate <= MAX_RATE):
+            raise InputError(f"rate: must be a whole number from 1 to {MAX_RATE}, given {rate}")
         if not 1.0 / rate <= seconds <= 600.0:
             raise InputError(f"seconds: must be from {1.0 / rate:g} to 600, given {seconds}")
         self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)

@@ -13,7 +13,7 @@ import numpy as np
 
 from tatamu.base.errors import SimulationError
 from tatamu.simulation.blender import discovery
-from tatamu.simulation.blender.mapping import MOST_FRICTION, SELF_FRICTION, TABLE_FRICTION
+from tatamu.simulation.blender.mapping import MAX_FRICTION, SELF_FRICTION, TABLE_FRICTION
 from tatamu.simulation.blender.process import WORKERS
 from tatamu.simulation.blender.recipe import written
 from tatamu.simulation.capabilities import Capabilities
@@ -24,8 +24,8 @@ from tatamu.simulation.side_by_side import side_by_side
 CAPABILITIES = Capabilities(
     parallel=True,
     compression=True,
-    friction_table=MOST_FRICTION / TABLE_FRICTION,
-    friction_cloth=MOST_FRICTION / SELF_FRICTION,
+    friction_table=MAX_FRICTION / TABLE_FRICTION,
+    friction_cloth=MAX_FRICTION / SELF_FRICTION,
 )
 """Rollouts can run at the same time, because each uses a Blender process of its own."""
 

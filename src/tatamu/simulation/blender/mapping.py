@@ -30,12 +30,12 @@ LAYERS = 1.125
 """Factor on `self_distance_min` [-], because the distance of layers is 8/9 of twice that property (measured)."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 """Blender's numbers for a friction coefficient of 1, on the table and between layers (measured)."""
-MOST_FRICTION = RANGES["self_friction"][1]
+MAX_FRICTION = RANGES["self_friction"][1]
 """Maximum friction number that Blender accepts."""
 COLLISION_LOOPS = 12
 """Corrections of contacts in each substep. With fewer, friction is not proportional to the load: with 4, a sheet under
 another one slides on a table that is tilted by 21 degrees instead of 39 (measured)."""
-LONGEST_STEP = 1.0 / 300.0
+MAX_STEP = 1.0 / 300.0
 """Maximum substep [s], in which cloth with a speed of 1 m/s moves 3.3 mm."""
 STABLE = 1.4
 """Maximum product of a substep and the largest angular frequency of bending [-]; at 2, bending is unstable."""
@@ -160,10 +160,10 @@ def _contact(mapping: Mapping, material: Material) -> None:
 
 
 def _friction(mapping: Mapping, name: str, coefficient: float, per_unit: float) -> float:
-    most = MOST_FRICTION / per_unit
+    most = MAX_FRICTION / per_unit
     if coefficient > most:
         mapping.warn(f"{name} is reduced from {coefficient:g} to {most:g}, the maximum in Blender")
-    return min(MOST_FRICTION, per_unit * coefficient)
+    return min(MAX_FRICTION, per_unit * coefficient)
 
 
 def _drag(mapping: Mapping, material: Material) -> None:
@@ -181,7 +181,7 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
     """Set the substeps in a frame of Blender, so that contact and explicit bending are stable."""
     settings = mapping.settings
     frequency = springs.bending_frequency() * np.sqrt(settings["bending_stiffness"] / settings["mass"]) / UNIT
-    step = min(LONGEST_STEP, STABLE / max(frequency, 1e-9))
+    step = min(MAX_STEP, STABLE / max(frequency, 1e-9))
     settings["quality"] = int(np.clip(np.ceil(longest / step - 1e-6), 1, 1000))
     if longest / settings["quality"] > 1.5 * step:
         mapping.warn("the cloth may jitter, because bending is too stiff for explicit steps")

@@ -12,7 +12,7 @@ from tatamu.simulation.blender.quads import joined
 from tatamu.simulation.scene import Scene, Table
 from tatamu.simulation.timeline import Segment, segments
 
-LONGEST_FRAME = 1.0 / 50.0
+MAX_FRAME = 1.0 / 50.0
 """Maximum length of a frame in Blender [s]; longer frames of a scene are divided."""
 
 
@@ -35,8 +35,8 @@ class Recipe:
 
 def written(scene: Scene) -> Recipe:
     """Write the recipe of a scene, or raise InputError if its `blender` table contains an error."""
-    pieces = segments(scene, LONGEST_FRAME if scene.material.blender is None else np.inf)
-    longest = max((piece.duration for piece in pieces), default=LONGEST_FRAME)
+    pieces = segments(scene, MAX_FRAME if scene.material.blender is None else np.inf)
+    longest = max((piece.duration for piece in pieces), default=MAX_FRAME)
     mapping = mapped(scene, longest)
     origin = np.asarray(0.5 * (scene.cloth.vertices.min(0) + scene.cloth.vertices.max(0)))
     request = {

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-MOST_AROUND = 1000
+MAX_AROUND = 1000
 """Maximum number of triangles around a vertex; the memory for their contact grows with its square."""
 
 
@@ -144,9 +144,9 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
             f"at edge {topology.edges[wrong].tolist()}"
         )
     around = np.bincount(faces.ravel())
-    if around.max() > MOST_AROUND:
+    if around.max() > MAX_AROUND:
         raise ValueError(
-            f"faces must be at most {MOST_AROUND} around a vertex, given {around.max()} around vertex "
+            f"faces must be at most {MAX_AROUND} around a vertex, given {around.max()} around vertex "
             f"{int(around.argmax())}"
         )
     _check_seams(topology, seams)

@@ -19,7 +19,7 @@ from tatamu.simulation.scene import Scene
 from tatamu.simulation.side_by_side import side_by_side
 from tatamu.simulation.timeline import Segment, segments
 
-LONGEST_STEP = 2e-3
+MAX_STEP = 2e-3
 """Maximum time step [s]."""
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
 """Bending energy is quadratic, so a fold collapses into a flat crease on a mesh coarser than 0.37 bending lengths.
@@ -78,7 +78,7 @@ class Run:
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):
-            pieces = max(1, int(np.ceil(segment.duration / LONGEST_STEP - 1e-6)))
+            pieces = max(1, int(np.ceil(segment.duration / MAX_STEP - 1e-6)))
             situation = (round(segment.duration / pieces, 12), segment.held)
             if situation != before:
                 self._change(*situation)

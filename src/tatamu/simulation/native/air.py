@@ -81,7 +81,7 @@ def air_of(gravity: float, material: Material) -> Air:
     )
 
 
-SHORTEST = 1e-9
+MIN_PATH = 1e-9
 """Minimum path s in k_n s^(-1/3) [m], against a division by zero."""
 EVERY = 2
 """Outer steps between two updates of the normals, each of which takes as long as a few substeps."""
@@ -115,7 +115,7 @@ def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> fl
     if path[s] * un < 0.0:
         path[s] = 0.0
     path[s] += step * un
-    return max(air.normal_quadratic, air.turning / np.cbrt(max(abs(path[s]), SHORTEST)))
+    return max(air.normal_quadratic, air.turning / np.cbrt(max(abs(path[s]), MIN_PATH)))
 
 
 @kernel

@@ -74,7 +74,7 @@ class Model:
 
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
-_MOST_KEPT = 48
+_MAX_KEPT = 48
 """Maximum number of models in memory. A study simulates about 20 scenarios, each with its own material."""
 
 
@@ -92,7 +92,7 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
             return _kept[key]
     built = _build(cloth, material, options)  # outside the lock, so that other threads can build their models
     with _keeping:
-        while len(_kept) >= _MOST_KEPT:
+        while len(_kept) >= _MAX_KEPT:
             _kept.pop(next(iter(_kept)))
         _give_back_memory()
         return _kept.setdefault(key, built)

@@ -24,7 +24,7 @@ GAP = 3 * MANY
 """Index of the first gap in the array that `_measure` fills."""
 SLEEP = 0.9
 """Fraction of its distance beyond the kept gap by which a pair may approach before it is tested again [-]."""
-FARTHEST = 3.0
+MAX_GAPS = 3.0
 """Maximum distance at the start of the step of pairs that the first sweep corrects [kept gaps]. Later sweeps also
 correct pairs of which the sweep before moved a vertex."""
 TOUCHING = 1e-9
@@ -226,7 +226,7 @@ def sweep(
     kept = options.edge_gap * mesh.thickness
     wanted = restored * kept
     smallest = kept
-    farthest = FARTHEST * kept if first_sweep else np.inf
+    farthest = MAX_GAPS * kept if first_sweep else np.inf
     speeds = (options.clearing_speed * step, options.recovery_speed * step)
     thresholds = (options.noticeable * options.edge_gap * mesh.thickness, options.hard * mesh.thickness)
     numbers = (counters.sweep, counters.outer_step + options.restless_steps)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tatamu.simulation.native.compiled import allocating, kernel
 
-MOST_CELLS = 65536
+MAX_CELLS = 65536
 """Maximum number of cells, which then stay in the processor's cache; the cells of larger grids are enlarged."""
 
 
@@ -41,8 +41,8 @@ def grid_of(points: np.ndarray, size: float) -> Grid:
             high = max(high, points[p, k])
         origin[k] = low
         cell[k] = size
-        shape[k] = min(int((high - low) / size), MOST_CELLS) + 1
-    while shape[0] * shape[1] * shape[2] > MOST_CELLS:
+        shape[k] = min(int((high - low) / size), MAX_CELLS) + 1
+    while shape[0] * shape[1] * shape[2] > MAX_CELLS:
         k = int(np.argmax(shape))
         cell[k] *= 2.0
         shape[k] = shape[k] // 2 + 1

@@ -26,7 +26,7 @@ from tatamu.simulation.native.contact.state import PARTNERS, ContactMesh, Contac
 from tatamu.simulation.native.geometry import TINY_LENGTH, Vector, cross, difference, normal_of
 from tatamu.simulation.native.options import ContactOptions
 
-MOST_TRIANGLES = 4
+MAX_TRIANGLES = 4
 """Maximum number of moves of a partner to a neighbouring triangle in one sweep."""
 AWAKE = 1.1
 """Maximum distance of pairs that are tested in every sweep [thicknesses]; pairs that are farther apart sleep."""
@@ -169,7 +169,7 @@ def sweep(
             continue  # nothing has changed here since the last sweep
 
         # Narrow phase: follow the partner to the triangle that the vertex is over.
-        for _ in range(MOST_TRIANGLES):
+        for _ in range(MAX_TRIANGLES):
             a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
             ba, bb, bc, nx, ny, nz, height = _barycentric(x, v, a, b, c)
             corner = 0 if ba <= bb and ba <= bc else (1 if bb <= bc else 2)

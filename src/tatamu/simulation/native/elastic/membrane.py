@@ -19,7 +19,7 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.elastic import symmetric, wrinkling
 from tatamu.simulation.native.memory.bands import BLOCK, Bands
-from tatamu.simulation.scene import LEAST_IN_PLANE
+from tatamu.simulation.scene import MIN_IN_PLANE
 
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
 """The two corners that edge q joins, shape (3, 2)."""
@@ -70,7 +70,7 @@ def along_fibres(frames: np.ndarray, rest: np.ndarray, faces: np.ndarray, fibre:
     if fibre is None:
         x = np.column_stack([along[:, 0], across[:, 0]])
         y = np.column_stack([along[:, 1], across[:, 1]])
-        parts = np.where(np.linalg.norm(x, axis=1)[:, None] > LEAST_IN_PLANE, x, y)
+        parts = np.where(np.linalg.norm(x, axis=1)[:, None] > MIN_IN_PLANE, x, y)
     else:
         parts = np.column_stack([(along * fibre).sum(axis=1), (across * fibre).sum(axis=1)])
     cosine, sine = (parts / np.linalg.norm(parts, axis=1)[:, None]).T

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-SMALLEST_PATCH = 40
+MIN_PATCH = 40
 """Minimum number of vertices in a patch; smaller ones are not worth a band."""
 SKEW = 0.35
 """Maximum distance of the fourth corner of a parallelogram from its position on the lattice [shared edges]."""
@@ -44,7 +44,7 @@ def patches(rest: np.ndarray, hinges: np.ndarray) -> list[Patch]:
     for quad in quads:
         if not any(mesh.taken[v] for v in quad) and mesh.skew(*quad) < SKEW:
             places = _grow(quad[:3], mesh)
-            if len(places) >= SMALLEST_PATCH:
+            if len(places) >= MIN_PATCH:
                 found.append(_patch(places))
     return found
 
