@@ -204,7 +204,7 @@ def test_a_limp_cloth_is_told_the_length_or_the_loop_that_would_tell() -> None:
     said = advice_on(calibrate(measured(sag__sag=0.0455, errors={"length": 0.003}, friction=None, elongation=None)))
     assert any("free length of about" in text for text in said)
     said = advice_on(calibrate(measured(sag__sag=0.049, friction=None, elongation=None)))
-    assert any("read the height of the loop" in text for text in said)
+    assert any("height of the loop" in text for text in said)
 
 
 @pytest.mark.parametrize(

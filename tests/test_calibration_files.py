@@ -41,7 +41,7 @@ sag = 0.03
     [
         ("L1 = 0.404", "L1 = 0.390", "elongation: L2 (0.4 m, lying) is longer than L1 (0.39 m, hanging)"),
         ("L1 = 0.404", "L1 = 0.7", "at most 1.5 times L2"),
-        ("L1 = 0.404", "L1 = 404", "if that was read in millimetres, write 0.404"),
+        ("L1 = 0.404", "L1 = 404", "if the reading is in millimetres, write 0.404"),
         ("L1 = 0.404", "L1 = []", "elongation.L1: must contain at least one reading"),
         ("L1 = 0.404", 'L1 = "0.404 m"', "elongation.L1: must be a finite number of metres"),
         ("L1 = 0.404", "l1 = 0.404", "elongation.L1: Field required"),
@@ -53,7 +53,7 @@ sag = 0.03
         ("free_length = 0.05\nsag = 0.03", "free_length = 0.005\nsag = 0.003", "must be at least 0.01 m"),
         ("[sag]", "[loop]\nheight = 30.0\n[sag]", "loop.height: must be in metres"),
         ("mass = 0.02", "mass = -0.02", "garment.mass: must be above 0, given -0.02 kilograms"),
-        ("mass = 0.02", "mass = 95", "if that was read in grams, write 0.095"),
+        ("mass = 0.02", "mass = 95", "if the reading is in grams, write 0.095"),
         ("[sag]", "[sagging]", "sagging: Extra inputs"),
     ],
 )

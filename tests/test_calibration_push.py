@@ -121,7 +121,7 @@ def test_impossible_readings_are_refused(push: dict[str, object], says: str) -> 
 def test_a_push_needs_stretch_and_friction() -> None:
     given = told(0.01).model_dump(mode="json", exclude_none=True)
     del given["elongation"]
-    with pytest.raises(ValidationError, match=r"needs \[elongation\] and \[friction\]"):
+    with pytest.raises(ValidationError, match=r"push: .*\[elongation\] and \[friction\]"):
         Measurements.model_validate(given)
 
 

@@ -210,7 +210,7 @@ def test_other_versions_are_named() -> None:
     assert difference(dict(versions())) is None
     assert "numpy 1.0 there" in (difference({**versions(), "numpy": "1.0"}) or "")
     assert "missing there" in (difference({}) or "")
-    with pytest.raises(UnavailableError, match="other versions"):
+    with pytest.raises(UnavailableError, match="same versions"):
         checked_call({**versions(), "tatamu": "0.0"}, nap, 0.0)
 
 

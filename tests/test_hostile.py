@@ -245,7 +245,7 @@ def test_a_ply_that_lies_is_one_line(form: str, tmp_path: Path) -> None:
     for changed, words in (
         (ply(ARROW, [[0, 1, 99999]], form), "uses vertices beyond 0 to 5"),
         (ply(ARROW, [[0, 1, -1]], form), "uses vertices beyond 0 to 5"),
-        (ply(ARROW, [[0, 1]], form), "a face has 2 corners"),
+        (ply(ARROW, [[0, 1]], form), "a face must have from 3 to 2000 corners, given 2"),
         (ply(ARROW, [], form), "must have triangles"),
         (whole.replace(b"vertex 6", b"vertex 6000000000"), "must have at most 600000 of element vertex"),
         (whole.replace(b"face 1", b"face 9"), "cut short"),

@@ -224,7 +224,7 @@ def test_wrong_photographs_are_one_line(tmp_path: Path, folder: Path) -> None:
     other = without(pixels, Board().rim)
     for name, picture, words in (
         ("blank", blank, "board: must be seen"),
-        ("blurred", blurred, "is blurred"),
+        ("blurred", blurred, "too blurred"),
         ("cut", pixels[:, :640], "touches the border|must show table"),
         ("bare", no_towel, "no garment stands out"),
         ("other", other, "given markers 24 to 47"),

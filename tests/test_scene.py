@@ -85,7 +85,7 @@ def test_a_seam_is_an_inner_edge_whichever_way_round(wrong: list[int]) -> None:
     faces = np.array([[0, 1, 3], [1, 2, 3]])
     for right in ([[1, 3]], [[3, 1]], [[3, 1], [1, 3]]):
         assert len(Cloth(vertices=corners, faces=faces, seams=np.array(right)).seams) == len(right)
-        with pytest.raises(ValueError, match=rf"\[{wrong[0]}, {wrong[1]}\] is not"):
+        with pytest.raises(ValueError, match=rf"\[{wrong[0]}, {wrong[1]}\]"):
             Cloth(vertices=corners, faces=faces, seams=np.array([*right, wrong]))
 
 
