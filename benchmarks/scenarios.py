@@ -68,7 +68,7 @@ def levels(out: Path, seeds: int, draws: int) -> list[dict[str, str]]:
     """Return a row for each size of the scenarios."""
     table = []
     for case, level, folded_over in [*((*each, False) for each in STUDIES), ("towel", LEVEL, True)]:
-        name = f"{level:g} deviations" + (", with the fold-over array" if folded_over else "")
+        name = f"{level:.1f} deviations" + (", with the fold-over array" if folded_over else "")
         files = [out / f"{case}-{level:g}-{folded_over:d}-{seed}.json" for seed in range(seeds)]
         found = [kept(file, partial(study, case, level, folded_over, seed, draws)) for seed, file in enumerate(files)]
         table.append(
