@@ -179,13 +179,14 @@ def _row(here: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     causes: Counter[str] = Counter()
     for each in here:
         causes.update(each["causes"])
-    failed = ", ".join(f"{cause} {count / len(here):.1f}".removesuffix(".0") for cause, count in causes.most_common())
+    means = {cause: round(count / len(here)) for cause, count in causes.most_common()}
+    failed = ", ".join(f"{cause} {mean}" for cause, mean in means.items() if mean)
     return {
         "seeds": f"{len(here)}" if here[0]["kind"] != CURVE else "-",
         "length of a hand's path [m]": ranged([each["path"] for each in here], 3),
         "distance from the target without errors [mm]": ranged([1e3 * each["distance"] for each in here], 1),
-        f"succeeds, of {DRAWS} simulations (median, range)": ranged([each["succeeded"] for each in here], 0),
-        "what fails, mean": failed or "-",
+        f"succeeds, of {DRAWS} simulations (median)": ranged([each["succeeded"] for each in here], 0),
+        "what fails (mean)": failed or "-",
         "simulations": ranged([each["simulations"] for each in here], 0) if "simulations" in here[0] else "-",
         "loads of processor time": ranged([each["processor"] for each in here], 0) if "processor" in here[0] else "-",
     }

@@ -184,7 +184,7 @@ def short(rows: Sequence[Row]) -> str:
     """Return the sentence of README."""
     none, one, two = (f"{100 * np.mean([row[f'success {folds}'] for row in rows]):.0f} %" for folds in FOLDS)
     return (
-        f"In {len(rows)} simulated set-ups with errors twice as large as usual, {none} of the folds succeed, {one}\n"
+        f"in {len(rows)} simulated set-ups with errors twice as large as usual, {none} of the folds succeed, {one}\n"
         f"after one measured fold, and {two} after two."
     )
 
