@@ -296,7 +296,7 @@ def test_means_move_worlds_and_nothing_else() -> None:
         ("left = [5000.0, 0.0]", "left: must be two numbers from -500 to 500 mm"),
         ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain the left corner"),
         ("middle = [1.0, 2.0]", "middle"),
-        ("failed = false", "must have a number"),
+        ("failed = false", "must contain at least one number"),
     ],
 )
 def test_forms_that_are_wrong_are_refused(tmp_path: Path, text: str, field: str) -> None:
@@ -422,7 +422,7 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
         (["--left", "12;3"], "--left: must be two numbers in millimetres, such as 12,-3, given '12;3'"),
         (["--left", "12,0", "--deviation", "-1"], "--deviation: must be above 0 mm, given -1.0"),
         (["--turned-in", "top"], "--turned-in: must be left, right or both, given 'top'"),
-        (["--board", "b.toml"], "--photo: must be given with --board"),
+        (["--board", "b.toml"], "--photo: must be given, because --board"),
         (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without numbers as options"),
         (["--template", "f.toml", "--failed"], "--template: must be given without measured numbers"),
         (["--from", "nothing.toml"], "nothing.toml: cannot be read"),

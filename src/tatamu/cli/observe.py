@@ -116,7 +116,8 @@ def observe(
     )
     seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
     _refuse(
-        photo is None and seen, "--photo: must be given with --board, --sheet, --before, --frame, --lens or --corner"
+        photo is None and seen,
+        "--photo: must be given, because --board, --sheet, --before, --frame, --lens and --corner belong to it",
     )
     numbers = any(each is not None for each in (*given.values(), deviation, form))
     _refuse(

@@ -56,7 +56,7 @@ def rehearse(
         simulator = "none"
     with progress("the robot moves"):
         result = rehearsed(planned)
-    with progress(f"the cloth in {simulator}, with the robot's hands and with floating ones"):
+    with progress(f"the cloth in {simulator}, once with the robot's hands and once with ideal hands"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
         print(f"warning: no cloth is simulated, because {result.planned.fold.scene_file} does not exist")

@@ -102,8 +102,8 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     if holes is None and inner and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"cut along the inner of two outlines, at most {apart:.0f} mm apart, because the inner line looks like a "
-            "seam and not like a hole (holes = true makes a hole)"
+            f"the drawing has two outlines at most {apart:.0f} mm apart; the inner one is taken for a seam, and the "
+            "garment is cut along it (holes = true makes it a hole)"
         )
         outer, *others = inner
         is_hole = [outer.covers(ring) and not _follows(ring, outer) for ring in others]

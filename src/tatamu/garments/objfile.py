@@ -52,7 +52,7 @@ def parse_obj(data: bytes) -> TriangleMesh:
     for number, line in enumerate(text.replace("\\\n", " ").replace("\\\r\n", " ").splitlines(), start=1):
         try:
             if len(line) > 100_000:
-                raise ValueError(f"the line has {len(line)} characters")
+                raise ValueError(f"a line must have at most 100000 characters, given {len(line)}")
             reader.take(line.split("#", 1)[0].split())
         except (ValueError, IndexError, OverflowError) as error:
             shown = line.strip()[:40]

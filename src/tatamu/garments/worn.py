@@ -50,7 +50,7 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         raise InputError(f"mesh: has {'; '.join(found)}")
     if not flat and given.size is None and max(sides) > DOUBTFUL:
         advice = how_to_scale(sides, unit)
-        raise InputError(f"mesh: is {sides[1]:.3g} m large, {unit.words}, which is larger than any garment{advice}")
+        raise InputError(f"mesh: measures {sides[1]:.3g} m, {unit.words}, which is larger than any garment{advice}")
     garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
     doubt = [] if given.size else doubts(sides, unit)
     notes = [*notes, *doubt, *garment.notes, *_coarseness(garment)]

@@ -168,7 +168,9 @@ def _about_search(result: ResultRecord) -> list[str]:
         )
     else:
         lines.append(f"{more}; but the best trial came early, as {best.number} of {len(trials)}")
-        lines.append("another fold or other grasps: `tatamu plans` draws the folds that carry the whole garment")
+        lines.append(
+            "another fold or other grasps: `tatamu plans` draws the folds in which hands lift the whole garment"
+        )
     return lines
 
 

@@ -68,7 +68,7 @@ class MeasuredFold(OpenRecord):
             if any(name.startswith(side) for name in names):
                 raise ValueError(f"turned_in: must not contain the {side} corner, because measured gives its position")
         if not names and self.held:
-            raise ValueError("measured must have a number, unless the fold failed")
+            raise ValueError("measured must contain at least one number, unless the fold failed")
         return self
 
     @classmethod

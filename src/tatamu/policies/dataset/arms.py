@@ -176,7 +176,7 @@ class Arms:
         for kind, found in clearance.least(q).items():
             if not found.value >= DISTANCES[kind].searched:
                 first, second = found.pair
-                raise OutOfReachError(f"{first} is closer than allowed to {second} at step {found.row}")
+                raise OutOfReachError(f"{first} comes too close to {second} at step {found.row}")
 
     def _states(self, q: np.ndarray, led: Led) -> np.ndarray:
         columns = [[self.robot.columns[name] for name in arm.joints] for arm in self.robot.arms]

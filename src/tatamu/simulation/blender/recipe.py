@@ -52,7 +52,7 @@ def written(scene: Scene) -> Recipe:
         "segments": [_segment(scene, piece, mapping) for piece in pieces],
     }
     if len(scene.cloth.seams):
-        mapping.warn("edges that end at a seam bend half as hard, because stiffness is given per vertex")
+        mapping.warn("edges that end at a seam are half as stiff in bending, because Blender sets stiffness per vertex")
         mapping.settings["bending_stiffness_max"] = mapping.settings["bending_stiffness"]
         mapping.settings["bending_stiffness"] = 0.0
     return Recipe(request, mapping.scale, origin, mapping.settings["quality"] * len(pieces), mapping.warnings)

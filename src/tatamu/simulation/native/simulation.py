@@ -299,8 +299,8 @@ class Simulation:
         index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(RECENT))
         if speed > limits.fastest_hand:
             raise SceneError(
-                f"grippers.{index}: must move slowly enough for the cloth to follow, given {speed:.3g} m/s at t = "
-                f"{when:.3f} s; arms reach 2 m/s"
+                f"grippers.{index}: must move as slowly as the cloth can follow, given {speed:.3g} m/s at t = "
+                f"{when:.3f} s; robots' arms move at up to 2 m/s"
             )
         if stretch > limits.largest_stretch:
             raise SimulationError(

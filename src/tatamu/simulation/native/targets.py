@@ -66,5 +66,5 @@ def _indices(given: Sequence[int] | np.ndarray, name: str, count: int) -> tuple[
     array = np.asarray(given)
     whole = array.ndim == 1 and len(array) > 0 and np.issubdtype(array.dtype, np.integer)
     if not whole or len(np.unique(array)) < len(array) or array.min() < 0 or array.max() >= count:
-        raise InputError(f"{name}.vertices: must be different numbers of vertices below {count}, given {given}")
+        raise InputError(f"{name}.vertices: must be different vertex numbers below {count}, given {given}")
     return tuple(int(vertex) for vertex in array)
