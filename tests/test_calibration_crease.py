@@ -95,7 +95,7 @@ def test_an_angle_that_tells_nothing_bounds(degrees: float, side: str) -> None:
 WRONG = [
     ({"angle": 200.0}, "in degrees, at most 180"),
     ({"angle": -3.0}, "at least 0"),
-    ({"gap": 0.005}, "round both closed boards"),
+    ({"gap": 0.005}, "round both boards"),
 ]
 
 
