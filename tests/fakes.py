@@ -27,3 +27,15 @@ def subject(motion: Motion) -> Subject:
         return [simulate(scene) for scene in scenes]
 
     return Subject("fake", simulate, simulate_many, NATIVE)
+
+
+def still(shape: Callable[[Scene], np.ndarray]) -> Motion:
+    """At once in a final shape, which is worked out once per scene."""
+    known: list[tuple[Scene, np.ndarray]] = []
+
+    def motion(scene: Scene, time: float) -> np.ndarray:
+        if not known or known[0][0] is not scene:
+            known[:] = [(scene, shape(scene))]
+        return known[0][1]
+
+    return motion

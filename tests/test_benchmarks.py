@@ -80,3 +80,68 @@ def test_the_loop_of_a_simulated_cloth_is_that_of_its_bending_length(modules: An
     material = cloths.load_material(Path("interlock"))
     height = ruler.loop_height("native", material, None)
     assert height == pytest.approx(0.906 * material.bending_length + 1.1 * material.thickness, rel=0.02)
+
+
+def test_a_rollout_is_given_up_after_the_limit_and_kept(modules: Any, tmp_path: Path) -> None:
+    rollouts = modules("timed_rollouts")
+    case = rollouts.Case("native", "towel", modules("speed").HELD_OPEN, 0.02)
+    first = rollouts.timed(case, 0, tmp_path, limit=0.05)
+    assert first.note == "given up after 0.05 s"
+    assert rollouts.timed(case, 0, tmp_path, limit=100.0).note == first.note
+    assert not list(tmp_path.glob("*.part.npz"))
+
+
+def test_the_same_shape_on_two_meshes_is_the_same(modules: Any) -> None:
+    rollouts, folds = modules("timed_rollouts"), modules("timed_folds")
+    shapes = []
+    for spacing in (0.04, 0.03):
+        fold = folds.towel(spacing)
+        bent = fold.scene.cloth.vertices @ np.diag([0.5, 1.0, 1.0])
+        rollout = Rollout(np.zeros(1), bent[None], fold.scene.cloth.faces, {})
+        shapes.append(rollouts.shape_of(fold, rollout))
+    assert np.allclose(shapes[0], shapes[1], atol=1e-9) and np.ptp(shapes[0][:, 0]) == pytest.approx(0.998 * 0.4)
+
+
+def test_the_worst_case_of_a_check_stands_for_it(modules: Any) -> None:
+    simulators = modules("simulators")
+
+    def check(*errors: float | None) -> dict[str, Any]:
+        row = {"quantity": "|sag|", "limit": 1.0, "unit": "%"}
+        return {"cases": [{"case": f"{k}", "rows": [{**row, "error": error}]} for k, error in enumerate(errors)]}
+
+    assert simulators.worst(check(0.2, 3.0, 1.0))["|sag|"]["error"] == 3.0
+    assert simulators.worst(check(0.2, None, 1.0))["|sag|"]["error"] is None
+    assert list(simulators.worst(check(0.2, 3.0), apart=True)) == ["0: |sag|", "1: |sag|"]
+    found = {"one": {"hang": check(0.2, 0.5)}, "two": {"hang": check(1.5)}, "three": {"hang": check(None)}, "four": {}}
+    (row,) = simulators.shortfalls(found)
+    assert [row[name] for name in found] == ["0.5", "**1.5**", "**failed**", "-"]
+    assert row["error of"] == "|sag|"  # a table of Markdown escapes it, once
+
+
+def test_cloths_are_compared_by_what_all_finished(modules: Any) -> None:
+    cloths = modules("cloths")
+    row = {
+        "preset": {"apart": [0.02, 0.04, None]},
+        "three": {"apart": [0.02, 0.02, 0.05]},
+        "four": {"apart": [0.01, 0.02, None]},
+    }
+    line = cloths.compared_line(cloths.cases()[0], row)
+    assert line["with the preset: mean, median [mm]"] == "30.0, 30.0"
+    assert line["three readings: ratios"] == "0.67, 0.67"
+    assert line["and the loop: ratios"] == "0.50, 0.50"
+    assert line["and the push: ratios"] == "-" and line["folds"] == "2"
+
+
+def test_a_hidden_cloth_lies_within_the_spread_of_its_preset(modules: Any) -> None:
+    cloths = modules("cloths")
+    drawn, preset = cloths.another("interlock", 1), cloths.load_preset("interlock")
+    for field, (low, high) in preset.spread.items():
+        assert low <= getattr(drawn, field) <= high and getattr(drawn, field) != getattr(preset.material, field)
+
+
+def test_crossings_of_folds_are_counted(modules: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    tangle = modules("tangle")
+    made = iter([np.array([0, 3, 1]), None, np.array([0, 0, 0]), np.array([1, 0, 0])])
+    monkeypatch.setattr(tangle, "crossings_of_fold", lambda simulate, seed, fast: next(made))
+    row = tangle.line(True, 4)
+    assert list(row.values()) == ["4 fast", 2, 1, 3, 1]

@@ -12,7 +12,7 @@ from tatamu.base.files import validated
 from tatamu.show.solids import moving, solid, together
 from tatamu.simulation.body import Body, rotation, slerp
 from tatamu.simulation.capabilities import Capabilities
-from tatamu.simulation.clearance import distances
+from tatamu.simulation.clearance import deepest, distances
 from tatamu.simulation.scene import Scene
 
 BOX = {"shape": "box", "size": [0.02, 0.01, 0.004], "positions": [[0, 0, 0.1]]}
@@ -29,14 +29,19 @@ def scene(**body: Any) -> Scene:
     ("wrong", "words"),
     [
         ({"size": [0.02, 0.0, 0.004]}, "bodies.0.size.1"),
+        ({"size": [0.02]}, "size must have 3 numbers for a box, given 1"),
         ({"shape": "capsule"}, "size must have 2 numbers for a capsule, given 3"),
         ({"shape": "cone"}, "bodies.0.shape"),
         ({"orientations": [[0, 0, 0, 0]]}, "must be unit quaternions [w, x, y, z], given length 0 in row 0"),
+        ({"orientations": [[2, 0, 0, 0]]}, "given length 2 in row 0"),
         ({"orientations": [[1, 0, 0]]}, "must be a list of [w, x, y, z]"),
+        ({"orientations": [[float("nan"), 0, 0, 0]]}, "unit quaternions"),
         ({"times": [0.0, 0.0], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
         ({"times": [0.0, 1.0]}, "positions must be one for each of 2 times, given 1"),
+        ({"times": [1.0, 0.5], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
         ({"friction": -1.0}, "bodies.0.friction"),
         ({"positions": [[0.02, 0.02, 0.002]]}, "bodies.0 must begin outside the cloth, or inside it by at most"),
+        ({"speed": 1.0}, "bodies.0.speed"),
     ],
 )
 def test_a_wrong_body_is_one_line(wrong: dict[str, Any], words: str) -> None:
@@ -89,6 +94,12 @@ def test_clearance_is_that_of_a_fine_grid_over_each_triangle() -> None:
             sampled = body.distance(weights @ corners).min()
             assert found <= sampled + 1e-6
             assert found == pytest.approx(sampled, abs=0.01)
+
+
+def test_depth_is_positive_inside() -> None:
+    sphere = Body(shape="sphere", size=[0.01], positions=[[0.03, 0.03, 0.0]])
+    points = np.array(CLOTH["vertices"], dtype=float)
+    assert deepest(sphere, points, np.array([[0, 1, 2]])) == pytest.approx(0.01, abs=1e-6)
 
 
 def test_a_simulator_without_bodies_refuses_the_scene() -> None:

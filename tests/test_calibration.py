@@ -227,6 +227,10 @@ def test_what_is_not_measured_is_said_and_kept() -> None:
     assert result.known == ("areal_density", "friction_table")
 
 
+def test_the_same_readings_give_the_same_file(found: Calibration) -> None:
+    assert calibrate(measured()).to_toml() == found.to_toml()
+
+
 def test_a_mass_that_no_fabric_has_is_refused() -> None:
     with pytest.raises(InputError, match=r"mass: 0\.0005 kg over the garment"):
         calibrate(measured(garment__mass=0.0005))
@@ -333,6 +337,11 @@ def test_a_match_out_of_reach_ends_at_the_range() -> None:
     assert not result.reached and result.parameter == pytest.approx(1e-3)
 
 
+def test_a_match_survives_a_start_that_is_too_soft() -> None:
+    result = match(lambda p: np.inf if p < 2.0 else 1.0 / p, 0.25, 0.1, (1e-3, 1e3), 1e-6, lambda v: float(np.log(v)))
+    assert result.reached and result.parameter == pytest.approx(4.0, rel=1e-4)
+
+
 def test_repeats_lower_the_uncertainty_and_their_scatter_raises_it() -> None:
     assert uncertainty((1.0,), 0.001) == 0.001
     assert uncertainty((1.0,) * 4, 0.001) == pytest.approx(0.0005)
@@ -355,6 +364,22 @@ def test_a_scene_that_has_not_settled_is_run_longer(monkeypatch: pytest.MonkeyPa
     assert durations == sorted(set(durations)) and len(durations) > 1
     lab.reading(Sag(FREE), HIDDEN)
     assert len(durations) == lab.simulations  # the second reading was remembered
+
+
+def test_a_scene_that_never_settles_does_not_grow_from_reading_to_reading(monkeypatch: pytest.MonkeyPatch) -> None:
+    durations: list[float] = []
+
+    def creeping(scene: Scene, simulator: str) -> Rollout:
+        durations.append(scene.duration)
+        times = np.arange(scene.frames) / scene.frame_rate
+        return Rollout(times, scene.cloth.vertices - 0.01 * times[:, None, None] * [0, 0, 1], scene.cloth.faces, {})
+
+    monkeypatch.setattr(laboratory, "simulate", creeping)
+    lab = laboratory.Laboratory("native")
+    for stiffness in (100.0, 200.0, 300.0):
+        lab.reading(Sag(FREE), HIDDEN.model_copy(update={"stretch_stiffness": stiffness}))
+    assert max(durations) <= lab.options.longest * min(durations) and lab.simulations == len(durations) == 6
+    assert lab.unsettled > lab.options.settled
 
 
 def test_cloth_that_does_not_come_to_rest_is_said(found: Calibration) -> None:

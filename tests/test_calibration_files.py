@@ -43,8 +43,10 @@ sag = 0.03
         ("L1 = 0.404", "L1 = 0.7", "at most 1.5 times L2"),
         ("L1 = 0.404", "L1 = 404", "if the reading is in millimetres, write 0.404"),
         ("L1 = 0.404", "L1 = []", "elongation.L1: must contain at least one reading"),
+        ("L1 = 0.404", "L1 = nan", "elongation.L1: must be a finite number of metres"),
         ("L1 = 0.404", 'L1 = "0.404 m"', "elongation.L1: must be a finite number of metres"),
         ("L1 = 0.404", "l1 = 0.404", "elongation.L1: Field required"),
+        ("L1 = 0.404", "L1 = 0.404\nL3 = 1", "elongation.L3: Extra inputs are not permitted"),
         ('[{edge = "bottom"}]', '["bottom"]', "elongation.grasps.0: must be a table (an object), given 'bottom'"),
         ('edge = "bottom"}', 'edge = "bottom", at = 2}', "elongation.grasps.0.at"),
         ("H_s = [0.25, 0.26]", "H_s = 0.7", "H_s (0.7 m) must be less than L_t (0.6 m)"),
@@ -54,7 +56,12 @@ sag = 0.03
         ("[sag]", "[loop]\nheight = 30.0\n[sag]", "loop.height: must be in metres"),
         ("mass = 0.02", "mass = -0.02", "garment.mass: must be above 0, given -0.02 kilograms"),
         ("mass = 0.02", "mass = 95", "if the reading is in grams, write 0.095"),
+        ("H_s = [0.25, 0.26]", "H_s = 0", "friction.H_s: must be more than nothing"),
+        ("sag = 0.03", "sag = 30.0", "if that was read in millimetres, write 0.03"),
+        ("size = [0.2, 0.4]", "size = [200, 400]", "if that was read in millimetres, write 0.2"),
+        ("[sag]", "[errors]\nlength = 1\n[sag]", "errors.length"),
         ("[sag]", "[sagging]", "sagging: Extra inputs"),
+        ("[garment]", "[garmnt]", "garment: Field required"),
     ],
 )
 def test_an_impossible_reading_gets_its_sentence(tmp_path: Path, old: str, new: str, said: str) -> None:

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError
 from tatamu.calibration import Measurements, calibrate
-from tatamu.calibration.instruments.outline import PlanOutline
+from tatamu.calibration.instruments.outline import PlanOutline, centroid
 from tatamu.calibration.plate import APART, Plate, length_share
 from tatamu.calibration.readings import Errors
 from tatamu.cli.app import app
@@ -129,3 +129,8 @@ def test_a_hidden_rigidity_comes_back_within_twice_its_uncertainty() -> None:
     found = calibrate(measurements(drape_coefficient=[coefficient]))
     error = abs(float(np.log(found.material.bending_rigidity / rigidity)))
     assert error <= 2.0 * found.relative("bending_rigidity") < 0.6
+
+
+def test_the_middle_of_an_outline_is_that_of_its_area() -> None:
+    curve = np.add([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0], [0.0, 0.5]], [3.0, -1.0])
+    assert centroid(curve) == pytest.approx([4.0, -0.5])

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from tatamu import InputError, simulate
 from tatamu.calibration import advice_on, calibrate
+from tatamu.calibration.bias import Bias
 from tatamu.calibration.measurements import Measurements
 from tatamu.calibration.page import page, shown
 from tatamu.calibration.push import Push
@@ -162,3 +163,10 @@ def test_beside_a_bias_it_is_not_used_as_no_material_can_have_both() -> None:
     assert found.material.shear_stiffness is not None and found.material.compression == 1.0
     assert Material.model_validate(found.material.model_dump()) == found.material
     assert any(text.startswith("push: not used, as cloth with a shear stiffness") for text in advice_on(found))
+
+
+def test_where_the_bias_cannot_be_simulated_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    setup = setup_of(_with_bias())
+    assert [test.name for test in setup.usable("native")] == ["elongation", "friction", "bias"]
+    monkeypatch.setattr(Bias, "unusable", lambda self, simulator: "does not know it")
+    assert [test.name for test in setup.usable("native")] == ["elongation", "friction", "push"]

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from tatamu import Progress, Task, learn, load
+from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
 from tatamu.cli.progress import LearningDisplay, prepare
 from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
@@ -66,6 +66,12 @@ def test_the_verdict_is_that_of_the_thresholds(tmp_path: Path, size: float, succ
     assert said.succeeded == succeeded
     assert said.text.startswith("succeeded: " if succeeded else "failed: ")
     assert bool(said.advice) == (not succeeded)
+
+
+def test_a_fold_whose_outline_misses_fails_however_near_its_vertices_are(folder: Path) -> None:
+    best = json.loads((folder / "result.json").read_text())["best"]
+    changed(folder / "result.json", lambda value: value["trials"][best].update(mask_iou=0.79))
+    assert not conclusion(folder).succeeded
 
 
 def failed_with_best(folder: Path, number: int) -> list[str]:
@@ -236,6 +242,11 @@ def test_a_study_says_what_is_known_and_how_far_it_is(monkeypatch: pytest.Monkey
     assert "10 of 10 trials" in said and "36 of 36 simulations" in said
     assert "trial 10/10: best C = 1.0000, 2.0 mm from the target" in said
     assert ("━" in said) == terminal and watched.prepared == 1
+
+
+def test_a_folder_without_a_fold_has_no_verdict(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"result\.json: cannot be read"):
+        conclusion(tmp_path)
 
 
 COMMANDS = [

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
+import cloudpickle
 import numpy as np
 import pytest
 from studies.real_cloth.__main__ import app
@@ -21,7 +22,8 @@ from studies.real_cloth.matsudaira import models
 from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError, UnavailableError, WorkerKilledError
-from tatamu.cluster import connected
+from tatamu.cluster import connected, executor_at
+from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
 from tatamu.cluster.call import checked_call
 from tatamu.cluster.connection import CERTIFICATES, parse_address
 from tatamu.cluster.executor import DaskExecutor
@@ -29,6 +31,7 @@ from tatamu.cluster.versions import difference, versions
 from tatamu.cluster.watch import Patience, Watch
 from tatamu.evaluation.evaluator import Ask
 from tatamu.evaluation.nominal import Nominal
+from tatamu.folding.task import make_task
 from tatamu.study.loop import _timed
 from tests.commands import tatamu
 from tests.scenes import scene
@@ -108,6 +111,11 @@ def test_addresses_are_read() -> None:
     assert parse_address("tls://[::1]:8786").text == "tls://[::1]:8786"
 
 
+def test_no_address_is_no_executor() -> None:
+    with executor_at(None) as found:
+        assert found is None
+
+
 def test_a_scheduler_that_is_not_there_is_refused_within_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.cluster.connection.CONNECT_SECONDS", 0.5)
     with pytest.raises(UnavailableError, match=r"tcp://127\.0\.0\.1:9 does not answer \(.* after 0\.5 s\)"):
@@ -170,6 +178,30 @@ def test_large_arguments_go_over_once(executor: DaskExecutor) -> None:
     results = [executor.submit(loaded, each, times).result() for each in (array, twin) for times in range(3)]
     assert [product for _, product in results] == [0, 7, 14] * 2
     assert len(executor._shared._futures) - before == 1, "equal content is one argument"
+
+
+def test_shared_arguments_that_were_not_used_for_longest_are_forgotten(executor: DaskExecutor) -> None:
+    shared = SharedArguments(executor._client, kept=2_000_000)
+    first, second, third = (np.full(100_000, value) for value in (1.0, 2.0, 3.0))
+    held = shared.replaced(first).key
+    other = shared.replaced(second).key
+    assert shared.replaced(first).key == held and other != held
+    assert list(shared._futures) == [held, other]
+    newest = shared.replaced(third).key
+    assert list(shared._futures) == [held, newest], "the second was used before the first"
+    assert executor.submit(loaded, third, 2).result()[1] == 6
+
+
+def test_an_evaluator_is_shared_and_parameters_go_along_with_their_call() -> None:
+    evaluator = Nominal(make_task("towel", spacing=0.013))
+    assert len(cloudpickle.dumps(X)) < LARGE < len(cloudpickle.dumps(evaluator))
+
+
+def test_what_is_bound_to_a_function_is_an_argument() -> None:
+    task = towel()
+    evaluator = Nominal(task)
+    function, bound = unbound(evaluator.fixed)
+    assert function is Nominal.fixed and bound == (evaluator,)
 
 
 def test_a_call_whose_worker_dies_runs_elsewhere(executor: DaskExecutor, tmp_path: Path) -> None:

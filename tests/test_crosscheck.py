@@ -20,7 +20,7 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.subdivision import subdivided
 from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.simulation.simulators import SIMULATORS
+from tatamu.simulation.simulators import SIMULATORS, simulate
 from tatamu.study.options import LearnOptions
 from tatamu.study.record import describe_task
 from tatamu.study.result import Result
@@ -183,6 +183,11 @@ def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: P
     (tmp_path / "step-1").mkdir()
     with pytest.raises(InputError, match="several steps"):
         Result.load(tmp_path)
+
+
+def test_a_rollout_of_the_finer_mesh_has_the_coarse_one_in_it(learned: Result) -> None:
+    rollout = simulate(subdivided(learned.scene).model_copy(update={"duration": 0.05}))
+    assert np.array_equal(rollout.positions[0, : len(learned.start)], learned.start)
 
 
 def test_a_fold_of_a_garment_and_plan_of_ones_own_is_checked_too(tmp_path: Path) -> None:

@@ -200,11 +200,14 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
     ("text", "message"),
     [
         ("episodes = 0", r"episodes"),
+        ("episodes = 2\nepisode = 3", r"episode"),
         ("episodes = 2\nversion = 2", r"version"),
         ('episodes = 2\nformats = ["zarr", "zarr"]', r"formats must be different"),
+        ("episodes = 2\nformats = []", r"formats"),
         ('episodes = 2\n[garment]\nwidth = "wide"\nlength = 0.4', r"garment.width.*must be a number, a list"),
         ("episodes = 2\n[garment]\nwidth = 0.3", r"garment.*length must be given with width"),
         ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"high must not be below low"),
+        ("episodes = 2\n[garment]\nname = []", r"garment.name.*must be a name, or a list of names"),
         ('episodes = 2\n[fold]\nsource = "learned"', r"fold.*runs must be given"),
         ('episodes = 2\n[fold]\nruns = ["a"]', r"fold.*runs is for source = 'learned'"),
         (
@@ -212,7 +215,10 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
             r"garment must be left out for learned folds",
         ),
         ('episodes = 2\n[record]\ncameras = ["top", "top"]', r"cameras must be different"),
+        ('episodes = 2\n[record]\ncameras = ["above"]', r"record.cameras"),
+        ("episodes = 2\n[record]\nfps = 1000", r"record.fps"),
         ('episodes = 2\ndisturbances = "none"\n[outcome]\nworlds = 3', r"outcome.worlds needs disturbances"),
+        ('episodes = 2\n[outcome]\nsimulator = "newton"', r"outcome.simulator"),
     ],
 )
 def test_a_wrong_field_is_one_line_with_its_name(tmp_path: Path, text: str, message: str) -> None:
@@ -227,7 +233,9 @@ def test_a_wrong_field_is_one_line_with_its_name(tmp_path: Path, text: str, mess
     ("changes", "message"),
     [
         ({"garment": {"name": "sock"}}, "garment"),
+        ({"garment": {"material": "steel"}}, "material"),
         ({"fold": {"plan": "twice"}}, "fold"),
+        ({"disturbances": "loud"}, "disturbances"),
         ({"garment": None, "fold": {"source": "learned", "runs": ["nowhere"]}}, "nowhere"),
         ({"garment": None, "fold": {"source": "sweep", "sweep": "nowhere"}}, "nowhere"),
         ({"robot": {"name": "r2d2"}}, "robot"),

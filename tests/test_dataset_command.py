@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 
 from tatamu.policies.dataset import DatasetFolder, make_dataset, read_specification, replay
 from tests.commands import Ended, tatamu
+from tests.test_full_disk import files_of
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "dataset.toml"
 SMALL = """
@@ -86,6 +88,22 @@ def test_a_folder_has_one_dataset_at_a_time(tmp_path: Path) -> None:
     command = ["dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds")]
     with DatasetFolder(tmp_path / "folds").locked():
         refused(tatamu(*command), f"{tmp_path / 'folds'}: another dataset is being made here")
+
+
+def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
+    with files_of(10_000):
+        ended = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
+    refused(ended, ".npz: cannot be written (File too large)")
+    assert not list(tmp_path.rglob("*.tmp"))
+
+
+def test_a_dataset_of_another_version_is_one_line(made: Path, tmp_path: Path) -> None:
+    shutil.copytree(made, tmp_path / "folds")
+    file = tmp_path / "folds/dataset.json"
+    file.write_text(file.read_text().replace('"version": 1', '"version": 2', 1))
+    refused(tatamu("replay", str(tmp_path / "folds"), "0"), f"{file}: version: must be 1, given 2")
+    again = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
+    refused(again, f"{file}: version: must be 1, given 2")
 
 
 @pytest.mark.slow

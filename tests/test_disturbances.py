@@ -64,9 +64,14 @@ def default() -> Disturbances:
     ("text", "field"),
     [
         ("[hands]\noffset = [0.005, 0.005]", "hands.offset"),
+        ("[hands]\noffset = [0.005, -0.001, 0.0]", "hands.offset.1"),
+        ("[hands]\nyaw = -0.1", "hands.yaw"),
         ("[hands]\nspeed = 'fast'", "hands.speed"),
+        ("[hands]\ntwist = 0.1", "hands.twist"),
         ("[table]\nheight = nan", "table.height"),
         ("[material]\ncolour = 0.1", "material.colour"),
+        ("[material]\nbending_rigidity = -0.2", "material.bending_rigidity"),
+        ("wind = 1", "wind"),
         (BOTH + MATRIX + "[[1.0, 0.5], [0.4, 1.0]]", "symmetric"),
         (BOTH + MATRIX + "[[2.0, 0.5], [0.5, 1.0]]", "correlation.matrix"),
         (BOTH + MATRIX + "[[1.0, 0.5]]", "matrix must have 2 rows"),
@@ -174,6 +179,7 @@ def ends(scene: Scene) -> np.ndarray:
     ("name", "value", "moved"),
     [
         ("hands.offset.along", 0.005, [[0.005, 0, 0]] * 2),
+        ("hands.offset.across", 0.005, [[0, 0.005, 0]] * 2),
         ("hands.offset.up", 0.003, [[0, 0, 0.003]] * 2),
         ("hands.difference.along", 0.004, [[0.002, 0, 0], [-0.002, 0, 0]]),
         ("hands.difference.up", 0.004, [[0, 0, 0.002], [0, 0, -0.002]]),
@@ -244,11 +250,14 @@ def judged(task: Task, world: World) -> Outcome:
             {"hands.offset.up": -0.018},
             "the left hand meets the table: the hand is 18.0 mm too low, but its fingers yield by only 6.7 mm",
         ),
+        ({"table.height": 0.008}, "the left hand meets the table"),
         ({"hands.difference.up": 0.02}, "the right hand meets the table"),
         ({"grasp.along.left": 0.018}, "the left hand grasps beside the cloth"),
+        ({"grasp.along.right": -0.018}, "the right hand grasps beside the cloth"),
         ({"grasp.into.right": -0.009}, "the right hand grasps beside the cloth"),
         ({"cloth.place.across": -0.018}, "the left hand grasps beside the cloth"),
         ({"hands.offset.up": -0.006}, None),
+        ({"hands.offset.up": 0.018}, None),
         ({"grasp.along.left": 0.008, "grasp.into.left": -0.003}, None),
         ({"grasp.into.left": 0.018}, None),
     ],
@@ -353,3 +362,15 @@ def test_outcomes_are_kept_and_what_is_none_is_passed_over(task: Task, tmp_path:
         (tmp_path / "a-file").touch()
         with pytest.raises(InputError, match="cannot be written"):
             Draws(subject, workers, tmp_path / "a-file" / "simulated.jsonl")
+
+
+def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Task) -> None:
+    high = {**LOW, "z1": 0.2, "x2": 0.4, "z2": 0.2}
+    evaluate = Nominal(task)
+    below = World({"hands.offset.up": -0.006})
+    worse = []
+    for parameters in (LOW, high):
+        usual, lowered = (evaluate.simulate(parameters, world).score for world in (NOMINAL, below))
+        assert usual is not None and lowered is not None
+        worse.append(lowered.mean_vertex_distance - usual.mean_vertex_distance)
+    assert worse[0] > 0.010 and abs(worse[1]) < 0.003

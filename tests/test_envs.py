@@ -17,6 +17,7 @@ import tatamu.policies.envs as envs
 from tatamu import InputError, Nominal, make_task, simulate
 from tatamu.folding.parameters import arched_curve
 from tatamu.policies.envs.cameras import CAMERAS, Studio
+from tatamu.policies.envs.demonstration import follow
 
 SMALL: dict[str, Any] = {"size": (0.2, 0.3), "spacing": 0.04}
 """A towel of a few dozen vertices."""
@@ -28,7 +29,7 @@ def make(kind: str, **arguments: Any) -> Any:
     return gymnasium.make(f"tatamu.envs:{kind}", **{**SMALL, **arguments}).unwrapped
 
 
-def played(env: Any, seed: int, steps: int = 6) -> bytes:
+def played(env: Any, seed: int, steps: int = 12) -> bytes:
     """Everything that an environment answers to actions drawn from a seed."""
     env.action_space.seed(seed)
     answers = [env.reset(seed=seed)]
@@ -52,6 +53,7 @@ def test_one_seed_gives_the_same_bytes_and_another_another_world(kind: str) -> N
     env = make(kind, **arguments)
     assert played(env, seed=1) == first
     assert played(env, seed=2) != first
+    assert played(env, seed=1) == first
     assert env.reset(seed=3)[1]["world"] != env.reset(seed=4)[1]["world"]
 
 
@@ -199,13 +201,13 @@ def test_the_same_answers_side_by_side_in_threads_and_in_processes() -> None:
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # of fork, in a process with threads
 def test_environments_run_in_processes() -> None:
-    processes = AsyncVectorEnv([_small_hands], context="spawn")
+    processes = AsyncVectorEnv([_small_hands] * 2, context="spawn")
     env = _small_hands()
     seen, _ = processes.reset(seed=5)
-    assert (seen[0] == env.reset(seed=5)[0]).all()
+    assert (seen[1] == env.reset(seed=6)[0]).all()
     action = np.array([0.1, 0.0, 1.0, 1.0] * 2)
-    seen, *_ = processes.step(action[None])
-    assert (seen[0] == env.step(action)[0]).all()
+    seen, *_ = processes.step(np.stack([action] * 2))
+    assert (seen[1] == env.step(action)[0]).all()
     processes.close()
 
 
@@ -214,12 +216,16 @@ def test_environments_run_in_processes() -> None:
     [
         (envs.FOLD, {"observation": "hands"}, "^observation: must be different names of vertices, .*, given 'hands'"),
         (envs.HANDS, {"observation": ("top", "top")}, "^observation"),
+        (envs.HANDS, {"observation": ()}, "^observation"),
         (envs.HANDS, {"pixels": 0}, "^pixels"),
         (envs.HANDS, {"reward": "shaped"}, "^reward: must be dense or sparse, given 'shaped'"),
+        (envs.HANDS, {"seconds": 0.0}, "^seconds"),
         (envs.HANDS, {"rate": 0}, "^rate: must be a whole number from 1 to 60, given 0"),
         (envs.HANDS, {"seconds": float("nan")}, "^seconds"),
         (envs.HANDS, {"disturbances": 3}, "^disturbances: .* given '3'"),
+        (envs.HANDS, {"disturbances": "loud"}, "^disturbances"),
         (envs.FOLD, {"garment": "sock"}, "^garment"),
+        (envs.FOLD, {"fold": "twice"}, "^fold"),
     ],
 )
 def test_a_wrong_argument_is_named(kind: str, arguments: dict[str, Any], message: str) -> None:
@@ -289,6 +295,18 @@ def test_a_task_is_its_garment_and_fold() -> None:
     assert env.task is task
     with pytest.raises(InputError, match=r"^fold, size, material, spacing: must be left out with a task"):
         envs.HandsEnv(task, spacing=0.04)
+
+
+def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
+    env = make(envs.HANDS)
+    manipulation = env.task.manipulation(arched_curve(env.task.fold))
+    start = np.array(manipulation.positions)
+    quick, slow = (np.array(list(follow(manipulation, start, largest, 10.0, 80))) for largest in (0.06, 0.02))
+    for actions, largest in ((quick, 0.06), (slow, 0.02)):
+        assert np.abs(actions).max() <= 1.0
+        ends = actions.reshape(80, 2, 4)[..., :3].sum(axis=0) * largest
+        assert ends == pytest.approx(np.stack([path[-1] for path in manipulation.paths]), abs=1e-5)
+    assert (slow[:, 3] > 0).sum() > 2 * (quick[:, 3] > 0).sum()
 
 
 def flat(value: Any) -> Any:

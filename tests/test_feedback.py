@@ -293,10 +293,13 @@ def test_means_move_worlds_and_nothing_else() -> None:
     ("text", "field"),
     [
         ("left = [1.0]", "left"),
+        ("left = [1.0, 'a']", "left.1"),
         ("left = [5000.0, 0.0]", "left: must be two numbers from -500 to 500 mm"),
         ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain the left corner"),
         ("middle = [1.0, 2.0]", "middle"),
         ("failed = false", "must contain at least one number"),
+        ("left = [1.0, 2.0]\ndeviation = 0.0", "deviation"),
+        ("failed = 1", "failed"),
     ],
 )
 def test_forms_that_are_wrong_are_refused(tmp_path: Path, text: str, field: str) -> None:
@@ -379,6 +382,7 @@ def test_correct_says_that_nothing_is_written(learned: Result) -> None:
     [
         ({"left": (12, -3)}, "left: must be two numbers from -0.5 to 0.5 m .*, given 12, -3"),
         ({"right": (0.6, 0.0)}, "right: must be .* given 0.6, 0.0"),
+        ({"slip": (0.01,)}, "slip: must be two numbers"),
         ({"left": (0.01, float("nan"))}, "left: must be two numbers"),
         ({"left": (0.01, 0.0), "deviation": 0.0}, "deviation: must be above 0 m, given 0.0"),
     ],
@@ -420,11 +424,13 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
     ("words", "message"),
     [
         (["--left", "12;3"], "--left: must be two numbers in millimetres, such as 12,-3, given '12;3'"),
+        (["--left", "1200,0"], "--left: must be two numbers from -500 to 500 mm"),
         (["--left", "12,0", "--deviation", "-1"], "--deviation: must be above 0 mm, given -1.0"),
         (["--turned-in", "top"], "--turned-in: must be left, right or both, given 'top'"),
         (["--board", "b.toml"], "--photo: must be given, because --board"),
         (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without numbers as options"),
         (["--template", "f.toml", "--failed"], "--template: must be given without measured numbers"),
+        (["--photo", "a.jpg"], "board, sheet: must give one of them, given 0"),
         (["--from", "nothing.toml"], "nothing.toml: cannot be read"),
         ([], "has no measured fold; run `tatamu observe "),
     ],

@@ -13,7 +13,7 @@ import shapely
 from tatamu.api import learn
 from tatamu.folding.advice import UncarriedWarning, advice, left_behind
 from tatamu.folding.appendages import appendages, has_legs, silhouette
-from tatamu.folding.coverage import MAX_OVERHANG, MAX_TAIL, uncarried
+from tatamu.folding.coverage import MAX_OVERHANG, MAX_TAIL, best_coverage, uncarried
 from tatamu.folding.fold import fold_of, ideal_folds
 from tatamu.folding.plan import Plan, load_plan
 from tatamu.folding.plans import PLANS, make_plan
@@ -241,9 +241,11 @@ def test_plans_are_listed_drawn_and_written(tmp_path: Path) -> None:
         (["plans", "none.toml"], "none.toml: cannot be read"),
         (["plans", "towel", "--fold", "swan"], "fold: must be one of half, quarters"),
         (["plans", "HOODIE", "--fold", "swan"], "fold: must be one of half, in-half"),
+        (["plans", "towel", "--fold", "none.toml"], "none.toml: cannot be read"),
         (["plans", "towel", "--out", "plans.pdf"], "out: must be an .html, .png or .toml file or a folder"),
         (["plans", "towel", "--fold", "half", "--fold", "quarters", "--out", "a.toml"], "a folder for 2 plans"),
         (["plans", "towel", "--size", "0.06x0.06"], "two hands 0.06 m apart do not fit"),
+        (["plans", "towel", "--out", "/proc/nowhere/plans.html"], "cannot be written"),
     ],
 )
 def test_what_is_wrong_is_one_line(arguments: list[str], named: str) -> None:
@@ -275,3 +277,11 @@ def test_a_garment_of_ones_own_folds_as_proposed(tmp_path: Path) -> None:
     assert isinstance(found, Result)
     assert found.score.mean_vertex_distance < 0.0125
     assert found.score.mask_iou > 0.80
+
+
+def test_the_best_coverage_is_the_one_that_leaves_least() -> None:
+    garment = winged(0.2)
+    fold = fold_of(garment, (plan := half("side 0")), plan.steps[0])
+    best = best_coverage(garment, fold.start, fold.crease, (fold.left, fold.right))
+    inner = best_coverage(garment, fold.start, fold.crease, (fold.left[-1:], fold.right[-1:]))
+    assert best.lost.sum() <= inner.lost.sum()

@@ -44,7 +44,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize(
     ("most", "file"),
-    [(0, "study.db"), (110_000, "study.db"), (150_000, "rollout.npz"), (250_000, "report.html")],
+    [(0, "study.db"), (20_000, "study.db"), (110_000, "study.db"), (150_000, "rollout.npz"), (250_000, "report.html")],
 )
 def test_a_study_goes_on_after_the_disk_was_full(undisturbed: Path, tmp_path: Path, most: int, file: str) -> None:
     task = coarse_towel()

@@ -12,7 +12,7 @@ from tatamu.base.errors import InputError
 from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.garments.meshfile import border_loops, faults
 from tatamu.garments.outline import Outline
-from tatamu.garments.panel import angles, panel
+from tatamu.garments.panel import RELAXED, angles, panel
 from tatamu.garments.sewing import front_and_back
 from tatamu.simulation.mesh.crossings import crossings
 from tatamu.simulation.mesh.topology import Topology, areas
@@ -98,6 +98,23 @@ def test_edges_are_paths_of_the_upper_layer_on_the_right_sides(name: str) -> Non
     moving = {"towel": ["bottom"], "tshirt": ["hem"], "trousers": ["left_hem", "right_hem"]}[name]
     for side in moving:
         assert garment.vertices[garment.edges[side], 0] == pytest.approx(garment.vertices[:, 0].min())
+
+
+@pytest.mark.parametrize("name", SEWN)
+def test_a_row_lies_on_the_line_of_a_half_fold(name: str) -> None:
+    garment = made(name)
+    on_line = np.abs(garment.vertices[:, 0]) < 1e-9
+    strips, width = (2, 0.32) if name == "tshirt" else (4, 0.13)
+    inside = width / garment.spacing - 2 * RELAXED  # beside the outline, vertices leave their rows
+    assert on_line.sum() > 0.9 * strips * inside
+
+
+def test_vertices_are_numbered_row_by_row() -> None:
+    square = np.array([[0, 0], [0.2, 0], [0.2, 0.2], [0, 0.2], [0, 0]])
+    x, y = panel(Outline({"around": square}), 0.02).points.T
+    row = np.round(x / (0.02 * np.sqrt(0.75)))
+    assert (np.diff(row) >= 0).all()  # the simulator lays rows out for speed
+    assert (np.diff(y)[np.diff(row) == 0] > 0).all()
 
 
 @pytest.mark.parametrize("name", SEWN)

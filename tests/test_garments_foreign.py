@@ -121,10 +121,13 @@ def test_a_hole_stays_open(tmp_path: Path) -> None:
     [
         ('[garment]\nname = "x"\n', "must have either outline or mesh"),
         ('[garment]\noutline = "shirt.svg"\nfabric = "silk"\n', "fabric must be one of"),
+        ('[garment]\noutline = "shirt.svg"\nlayer = 2\n', "layer"),
         ('[garment]\noutline = "shirt.svg"\nopenings = ["collar"]\n', "given 'collar'"),
         ('[garment]\noutline = "shirt.svg"\nopenings = {hem = [[0, 0], [900, 900]]}\n', "hem must begin and end on"),
         ('[garment]\noutline = "shirt.svg"\nlayers = 2\nopenings = []\n', "given none"),
+        ('[garment]\noutline = "none.svg"\n', "cannot be read"),
         ('[garment]\noutline = "shirt.svg"\nscale = 1.0\n', "give scale"),
+        ('outline = "shirt.svg"\n', "garment: "),
     ],
 )
 def test_a_wrong_garment_file_is_one_clear_line(text: str, words: str, tmp_path: Path) -> None:

@@ -207,10 +207,23 @@ def test_a_label_is_a_name_and_a_pocket_with_a_name_is_no_opening(tmp_path: Path
     assert any(note.startswith("pocket: does not lie along") for note in hoodie.notes)
 
 
+def test_openings_of_the_garment_file_win(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'{NEW} width="620mm" {VIEW}', POCKET + NAMED))
+    given = described(tmp_path / "hoodie.svg", "openings = {neck = [[260, 0], [360, 0]]}")
+    assert given.openings == ("neck",)
+    named = described(tmp_path / "hoodie.svg", 'openings = ["hem", "top"]')
+    assert set(named.openings) == {"hem", "top"}
+
+
 def test_the_group_of_a_path_is_not_its_name(tmp_path: Path) -> None:
     body = f'<g id="front"><path d="{HOODIE}"/><path d="M 210 600 L 410 600"/></g>'
     (tmp_path / "hoodie.svg").write_text(svg(body, 620, 710))
     assert make_garment(str(tmp_path / "hoodie.svg"), spacing=0.03).layers == 1
+
+
+def test_layers_that_are_asked_for_are_no_news(tmp_path: Path) -> None:
+    (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'width="620mm" {VIEW}'))
+    assert described(tmp_path / "hoodie.svg", "layers = 1").notes == ()
 
 
 def test_a_narrow_garment_gets_a_spacing_that_fits_it(tmp_path: Path) -> None:
@@ -218,6 +231,18 @@ def test_a_narrow_garment_gets_a_spacing_that_fits_it(tmp_path: Path) -> None:
     assert make_garment(str(tmp_path / "tie.svg")).spacing <= 0.0125
     with pytest.raises(InputError, match=r"given 0\.05 m"):
         make_garment(str(tmp_path / "tie.svg"), spacing=0.05)
+
+
+def test_a_spacing_that_nobody_gave_is_not_named(tmp_path: Path) -> None:
+    slot = "M0 0H400V300H202V20H198V300H0Z"  # two parts 4 mm apart
+    (tmp_path / "slot.svg").write_text(svg(f'<path d="{slot}"/>', 400, 300))
+    try:
+        made = make_garment(str(tmp_path / "slot.svg"))
+    except InputError as refused:
+        assert "for a mesh; give a spacing in metres" in str(refused)
+        assert "0.0" not in str(refused)
+    else:
+        assert made.spacing < 0.0129
 
 
 POINT = "0\nSECTION\n2\nENTITIES\n0\nPOINT\n8\n0\n10\n1\n20\n1\n0\nENDSEC\n0\nEOF\n"

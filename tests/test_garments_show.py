@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plans import PLANS
 from tatamu.garments import GARMENTS, make_garment
 from tatamu.report.garment import FoldMark, diagram, page
+from tatamu.show.drawing import FROM_ABOVE, Drawing
 from tatamu.show.shapes import Dot, Label, Polyline
 from tests.commands import command
 from tests.foreign import GOOD
@@ -62,6 +64,19 @@ def test_the_left_is_on_the_left_and_the_hem_below() -> None:
 def test_open_edges_are_dashed_and_seams_drawn_through() -> None:
     garment = make_garment("trousers", spacing=0.03)
     assert diagram(garment).svg().count("stroke-dasharray") == len(garment.openings) == 3
+
+
+def test_svg_and_png_show_the_same() -> None:
+    corner, red = np.array([0.25, 0.25]), np.array([[0.5, 0.9], [0.5, 0.1]])
+    drawn = Drawing(np.zeros(2), np.ones(2), 100.0, FROM_ABOVE)
+    drawn.add(Polyline(red, "#ff0000", 4.0), Dot(corner, "#0000ff", 20.0))
+    assert '<circle cx="75.0" cy="75.0" r="20" fill="#0000ff"/>' in drawn.svg()
+    assert 'points="10.0,50.0 90.0,50.0"' in drawn.svg()
+    pixels = np.asarray(Image.open(io.BytesIO(drawn.png())))
+    assert pixels.shape == (100, 100, 3)
+    assert (pixels[75, 75] == [0, 0, 255]).all()
+    assert (pixels[50, 50] == [255, 0, 0]).all()
+    assert (pixels[10, 10] == 255).all()
 
 
 def test_folds_that_are_handed_over_are_drawn_and_names_are_escaped() -> None:

@@ -13,6 +13,7 @@ from tatamu.base.errors import TatamuError
 from tatamu.simulation.heavy_strip import cantilever
 from tatamu.simulation.heavy_strip import crease as crease_module
 from tatamu.simulation.heavy_strip.crease import AFTER, HALF_LENGTH, LINKS, STEP, crease, least_energy, nodes
+from tests.physics import chain as chain_module
 from tests.physics.chain import ChainEnergy, FoldedStrip
 
 THICKNESSES = (0.0135, 0.077, 0.3, 1.0, 4 / 3)
@@ -72,6 +73,17 @@ def test_the_chain_agrees_with_one_made_apart(bending_length: float, height: flo
     assert nodes[len(nodes) // 2 :, 1].min() > 1.49
 
 
+def test_the_chain_does_not_depend_on_its_links() -> None:
+    strip = FoldedStrip(0.3, 0.022, 0.001, 0.004)
+    assert_allclose(strip.solve(100)[:, 1].max(), strip.solve(200)[:, 1].max(), rtol=0.01)
+
+
+def test_a_chain_that_is_not_at_rest_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chain_module, "PENALTIES", (1e2,))  # one round of multipliers leaves a constraint unmet
+    with pytest.raises(TatamuError, match="no equilibrium"):
+        FoldedStrip(0.3, 0.022, 0.001, 0.004).solve(100)
+
+
 # --- the crease of a fold
 
 
@@ -125,3 +137,7 @@ def test_a_crease_that_is_not_found_is_an_error(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(crease_module, "minimize", lambda *given, **more: lost)
     with pytest.raises(TatamuError, match=r"crease: .*0\.123.*iteration limit reached"):
         crease(1.0, 0.123)
+
+
+def test_limp_cloth_gets_the_crease_of_the_limpest_that_is_computed() -> None:
+    assert crease(0.001, 0.002).z == pytest.approx(crease(0.0015, 0.002).z, rel=1e-12)

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu.base.errors import InputError
-from tatamu.base.files import foreign, read_json, read_npz
+from tatamu.base.errors import InputError, one_line
+from tatamu.base.files import MAX_TOML, foreign, read_json, read_npz, read_toml
 from tatamu.garments import make_garment
 from tatamu.garments.dxf import read_dxf
 from tatamu.garments.meshfile import read_mesh
@@ -70,6 +70,18 @@ def test_files_of_gigabytes_are_refused_before_they_are_read(kind: str, tmp_path
     assert "must have at most" in refusal(lambda: READERS[kind](path))
 
 
+def test_a_file_that_states_no_size_is_read_no_further_than_allowed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.toml"
+    path.write_text("a = 1\n" + "#" * MAX_TOML)
+    true = os.stat(path)
+    monkeypatch.setattr(
+        "tatamu.base.files.os.stat", lambda _: os.stat_result((true.st_mode, 0, 0, 0, 0, 0, 0, 0, 0, 0))
+    )
+    assert "must have at most 2 MiB" in refusal(lambda: read_toml(path))
+
+
 def npz(path: Path, **arrays: np.ndarray) -> Path:
     np.savez_compressed(path, allow_pickle=True, **arrays)
     return path
@@ -84,6 +96,14 @@ def test_arrays_that_unpack_to_gigabytes_are_refused_by_their_headers(tmp_path: 
             archive.writestr(f"{name}.npy", header.getvalue() + bytes(8 << 18))
     assert "must contain arrays of at most 1 MiB" in refusal(lambda: read_npz(path, largest=1 << 20))
     assert set(read_npz(path, largest=1 << 23)) == {"times", "positions"}
+
+
+def test_a_header_that_promises_more_than_there_is_is_refused(tmp_path: Path) -> None:
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10**9,)})
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("times.npy", header.getvalue() + bytes(80))
+    assert "not the size that its header states" in refusal(lambda: read_npz(tmp_path / "a.npz"))
 
 
 WHOLE: dict[str, Any] = {
@@ -128,6 +148,12 @@ def test_what_is_quoted_from_a_file_cannot_command_the_terminal(hidden: str) -> 
     said = str(InputError(f"given 'a{hidden}b'\nand"))
     assert said.isprintable()
     assert hidden not in said and "'a\\" in said and said.endswith("b' and")
+
+
+def test_long_quotations_keep_both_ends() -> None:
+    said = one_line("start " + "x" * 10_000 + " end")
+    assert len(said) < 2_000
+    assert said.startswith("start ") and said.endswith(" end")
 
 
 def test_names_in_files_are_escaped_too(tmp_path: Path) -> None:
@@ -257,6 +283,43 @@ def test_a_ply_that_lies_is_one_line(form: str, tmp_path: Path) -> None:
         assert words in refusal(lambda: read_mesh(path))
 
 
+def glb(**changes: Any) -> bytes:
+    points = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0]], dtype="<f4").tobytes()
+    indices = np.array([0, 1, 2], dtype="<u4").tobytes()
+    header: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": 48}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 12}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    text = json.dumps({**header, **changes}).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text + struct.pack("<2I", 48, 0x004E4942) + points + indices
+    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+
+
+def test_a_small_glb_that_unpacks_to_anything_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.glb"
+    path.write_bytes(glb())
+    assert len(read_mesh(path).faces) == 1
+    many = [{"componentType": 5126, "count": 10**10, "type": "VEC3"}] * 2
+    shown = [{"mesh": 0}] * 9_000
+    heavy = [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}] * 1_000}]
+    scenes = [{"nodes": list(range(len(shown)))}]
+    heavy_scene = {"nodes": shown, "meshes": heavy, "scenes": scenes}
+    for changes in ({"accessors": many}, heavy_scene, {"nodes": [{"mesh": 0}] * 20_000}):
+        path.write_bytes(glb(**changes))
+        assert "must have at most" in refusal(lambda: read_mesh(path))
+    path.write_bytes(glb(meshes=[]))
+    refusal(lambda: read_mesh(path))
+
+
 def test_meshes_without_triangles_or_with_none_that_has_an_area_are_one_line(tmp_path: Path) -> None:
     head = bytes(80)
     for name, data, words in (
@@ -334,6 +397,18 @@ def test_an_outline_of_any_number_of_corners_is_refused_or_simplified(tmp_path: 
     assert "curves of at most 100000 points" in refusal(lambda: read_svg(tmp_path / "a.svg"))
 
 
+def test_entities_are_counted_once(tmp_path: Path) -> None:
+    entities = "".join(f'<!ENTITY e{k} "{"x" * 99}">' for k in range(30_000))
+    (tmp_path / "a.svg").write_text(f"<!DOCTYPE svg [{entities}]>" + svg("<g>" + "&e9;" * 200_000 + "</g>"))
+    assert "must have entities that unpack to at most 16 MiB" in refusal(lambda: read_svg(tmp_path / "a.svg"))
+
+
+def test_an_arc_that_is_far_too_large_for_a_garment_has_few_points(tmp_path: Path) -> None:
+    (tmp_path / "a.dxf").write_text(dxf("0\nCIRCLE\n8\n0\n10\n0\n20\n0\n40\n1e8\n"))
+    (piece,) = read_dxf(tmp_path / "a.dxf").pieces
+    assert len(piece.curves[0].points) < 5_000
+
+
 # photos
 
 
@@ -349,6 +424,19 @@ def test_broken_json_of_any_kind_is_one_line(tmp_path: Path) -> None:
     for text in ("[" * 100_000, '{"a": 1' + "0" * 5_000 + "}", '{"a\\u001b": 1, "a\\u001b": 2}', ""):
         (tmp_path / "a.json").write_text(text)
         refusal(lambda: read_json(tmp_path / "a.json"))
+
+
+@pytest.mark.parametrize("value", ["NaN", "-Infinity", "1e999", "1" + "0" * 400, '"0.1"', "[]"])
+def test_kept_verdicts_that_are_no_numbers_are_passed_over(value: str, tmp_path: Path) -> None:
+    from tatamu.evaluation.draws import read_outcomes
+
+    line = '{{"key": "{}", "mean_vertex_distance": {}, "mask_iou": 0.9}}\n'
+    (tmp_path / "simulated.jsonl").write_text(
+        line.format("wrong", value) + "[" * 9_999 + "\n" + line.format("right", 0.01)
+    )
+    memory = read_outcomes(tmp_path / "simulated.jsonl")
+    assert memory.get("wrong") is None
+    assert memory.get("right") is not None
 
 
 def _gripper(vertices: object, closes: float = 0.0, opens: float = 1.0) -> dict[str, Any]:
@@ -379,3 +467,9 @@ def test_scenes_of_any_number_of_hands_and_bodies_are_one_line(
 ) -> None:
     (tmp_path / "s.json").write_text(json.dumps({**scene_with(), **given}))
     assert words in refusal(lambda: Scene.load(tmp_path / "s.json"))
+
+
+def test_a_key_twice_among_many_is_found_at_once(tmp_path: Path) -> None:
+    fields = ",".join([*(f'"f{k}":0' for k in range(9_000)), *['"g":0'] * 300_000])
+    (tmp_path / "s.json").write_text("{" + fields + "}")
+    assert "g: stands twice in one object" in refusal(lambda: read_json(tmp_path / "s.json"))

@@ -15,8 +15,10 @@ from tatamu.api import learn
 from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.files import check_targets, read_toml
 from tatamu.calibration import load_measurements
+from tatamu.folding.plan import load_plan
 from tatamu.folding.task import make_task
 from tatamu.garments import load_garment, make_garment
+from tatamu.garments.meshfile import read_mesh
 from tatamu.simulation.material import Material
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
@@ -100,6 +102,13 @@ def test_a_mark_in_front_of_a_file_is_no_matter(tmp_path: Path) -> None:
     assert read_toml(tmp_path / "m.toml") == read_toml(EXAMPLE)
 
 
+def test_one_mistake_is_counted_once(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\nfoo = 1\n')
+    with pytest.raises(InputError, match="foo") as caught:
+        load_plan(tmp_path / "p.toml")
+    assert "more)" not in str(caught.value)
+
+
 def test_grips_that_hold_the_same_cloth_are_refused() -> None:
     from tatamu.calibration.elongation import Elongation, Grasp
 
@@ -108,6 +117,20 @@ def test_grips_that_hold_the_same_cloth_are_refused() -> None:
         _ = Elongation(make_garment("towel"), grasps).held
     apart = [Grasp(edge="bottom", at=0.1, width=0.05), Grasp(edge="bottom", at=0.9, width=0.05)]
     assert len(np.concatenate(Elongation(make_garment("towel"), apart).held)) > 2
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary"])
+def test_a_mesh_file_that_ends_early_is_no_smaller_mesh(tmp_path: Path, encoding: str) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    whole = trimesh.creation.box().export(file_type="ply", encoding=encoding)
+    (tmp_path / "whole.ply").write_bytes(whole)
+    assert len(read_mesh(tmp_path / "whole.ply").faces) == 12
+    remarked = whole.replace(b"element vertex", b"comment every element vertex counts\nelement vertex", 1)
+    (tmp_path / "remarked.ply").write_bytes(remarked)
+    assert len(read_mesh(tmp_path / "remarked.ply").faces) == 12
+    (tmp_path / "cut.ply").write_bytes(whole[:-60])
+    with pytest.raises(InputError, match=r"is cut short|is not a mesh file"):
+        read_mesh(tmp_path / "cut.ply")
 
 
 def test_a_study_of_failures_only_holds_no_fold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,14 +152,8 @@ def test_an_output_that_is_full_is_one_line() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell closes the streams")
-@pytest.mark.parametrize(
-    ("command", "closed"),
-    [
-        *(("garments", closed) for closed in (">&-", "2>&-", "<&-")),
-        ("board --out b.pdf", "<&- >&- 2>&-"),
-        ("simulate s.json --out r.npz", "<&- >&- 2>&-"),
-    ],
-)
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("command", ["garments", "board --out b.pdf", "simulate s.json --out r.npz"])
 def test_a_program_without_standard_streams_works(command: str, closed: str, tmp_path: Path) -> None:
     """Services and `pythonw` start programs without them."""
     scene(duration=1 / 60).save(tmp_path / "s.json")

@@ -12,15 +12,23 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from tatamu import Cloth, Scene, SimulationError, simulate, simulate_many
+from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
 from tatamu.base.errors import SceneError
 from tatamu.simulation import native
+from tatamu.simulation.mesh.topology import areas, lumped
 from tatamu.simulation.native import LimitOptions, Options, StepOptions, precompile, simulation, simulator
 from tests.physics.checks.refinement import TOWEL, score
 from tests.physics.manipulations import EDGE, RandomFold
 from tests.physics.manipulations import scene_of as folded
 from tests.physics.subject import Subject
 from tests.scenes import CLOTH, held, scene, sheet
+
+
+def test_free_fall_follows_the_parabola() -> None:
+    rollout = simulate(scene(cloth=sheet(height=5.0), table=None))
+    fall = 5.0 - rollout.positions[-1, :, 2]
+    assert fall == pytest.approx(9.81 * 0.5**2 / 2, rel=1e-3)
+    assert np.abs(rollout.positions[-1] - rollout.positions[0])[:, :2].max() < 1e-7  # forces are in single precision
 
 
 def test_a_cloth_at_rest_stays_half_a_thickness_over_the_table() -> None:
@@ -32,6 +40,33 @@ def test_a_cloth_that_starts_in_the_table_comes_up_without_a_jump() -> None:
     rollout = simulate(scene(cloth=sheet(height=0.0)))
     assert rollout.positions[-1, :, 2] == pytest.approx(CLOTH.thickness / 2, abs=1e-5)
     assert rollout.positions[..., 2].max() < CLOTH.thickness
+
+
+@pytest.mark.parametrize("mu", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("off", [-0.2, 0.2])
+def test_an_incline_holds_the_cloth_up_to_the_friction_angle(mu: float, off: float) -> None:
+    tilt = np.arctan(mu) + np.radians(off)
+    flat = sheet(height=CLOTH.thickness / 2)
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    cloth = Cloth(vertices=flat.vertices @ turn.T, faces=flat.faces)
+    material = CLOTH.model_copy(update={"friction_table": mu})
+    rollout = simulate(scene(cloth=cloth, material=material, table=Table(tilt=tilt), duration=1.0))
+    way = np.linalg.norm(rollout.positions[-1] - rollout.positions[0], axis=1)
+    if off < 0:
+        assert way.max() < 1e-4
+    else:
+        expected = 0.5 * 9.81 * (np.sin(tilt) - mu * np.cos(tilt))
+        assert way == pytest.approx(expected, rel=0.01)
+
+
+def test_a_hung_sheet_stretches_by_half_its_weight() -> None:
+    cloth = sheet(0.1, 0.3, 0.02)
+    turned = Cloth(vertices=cloth.vertices[:, [2, 1, 0]], faces=cloth.faces)  # length along z
+    top = np.flatnonzero(turned.vertices[:, 2] > 0.15 - 1e-9)
+    material = CLOTH.model_copy(update={"poisson_ratio": 0.0, "air_drag": 2.0})
+    rollout = simulate(scene(cloth=turned, material=material, table=None, grippers=[held(top)], duration=2.0))
+    sunk = turned.vertices[:, 2].min() - rollout.positions[-1, :, 2].min()
+    assert sunk / 0.3 == pytest.approx(CLOTH.areal_density * 9.81 * 0.3 / (2 * CLOTH.stretch_stiffness), rel=0.03)
 
 
 def test_hands_follow_their_path_exactly_and_let_go() -> None:
@@ -95,6 +130,23 @@ def test_the_same_scene_gives_the_same_bytes_alone_and_among_others() -> None:
     alone = simulate(one).positions
     assert simulate(one).positions.tobytes() == alone.tobytes()
     assert simulate_many([other, one])[1].positions.tobytes() == alone.tobytes()
+
+
+def _lumped_mass(cloth: Cloth) -> np.ndarray:
+    return lumped(areas(cloth.rest, cloth.faces) * CLOTH.areal_density, cloth.faces, len(cloth.vertices))
+
+
+def test_a_flying_sheet_keeps_its_momentum_and_gains_no_energy() -> None:
+    cloth = sheet(height=1.0)
+    wave = cloth.vertices.copy()
+    wave[:, 2] += 0.01 * np.sin(30 * wave[:, 0])
+    bent = Cloth(vertices=wave, faces=cloth.faces, rest_vertices=cloth.vertices)
+    rollout = simulate(scene(cloth=bent, table=None, gravity=0.0, duration=1.0, frame_rate=1000.0))
+    mass = _lumped_mass(cloth)[:, None]
+    centre = (mass * rollout.positions).sum(1) / mass.sum()
+    assert np.abs(centre - centre[0]).max() < 1e-7  # forces are in single precision
+    kinetic = (mass * (np.diff(rollout.positions, axis=0) * 1000.0) ** 2).sum((1, 2)) / 2
+    assert kinetic[500:].max() < 1.02 * kinetic[:500].max()
 
 
 def test_loading_kernels_counts_as_setup_not_as_part_of_the_rollout(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ from tatamu.simulation.material import DIRECTIONAL_AIR, Material
 from tatamu.simulation.native.air import air_of, meet, resist, surface_of
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.scene import Cloth, Scene, Table
+from tatamu.simulation.simulators import capabilities
 from tests.physics.meshes import staggered
 from tests.physics.scenes import on_incline
 
@@ -88,6 +89,15 @@ def test_friction_is_that_of_the_cloth_whatever_air_it_carries(tilt: float, slid
     assert (moved > 5e-3) == slides and (slides or moved < 1e-4)
 
 
+def test_only_native_knows_such_air_and_the_others_say_so() -> None:
+    blown = material(air_added_mass=0.1, air_drag_quadratic=1.0)
+    assert capabilities("native").lacking(blown) == []
+    assert capabilities("mujoco").lacking(blown) == [
+        "air acts by air_drag alone, without air_drag_quadratic, air_added_mass"
+    ]
+    assert capabilities("blender").lacking(material(air_drag=1.0)) == []
+
+
 def test_a_material_speaks_of_air_by_direction_only_where_there_is_any() -> None:
     assert not set(material().model_dump()) & set(DIRECTIONAL_AIR)
     assert material(air_added_mass=0.1).model_dump()["air_added_mass"] == 0.1
@@ -99,6 +109,10 @@ def test_a_square_carries_more_than_its_inscribed_disc_and_less_than_the_disc_of
     assert disc_added_mass(0.15) * np.pi / 4 < square < disc_added_mass(0.3 / np.sqrt(np.pi))
     assert rectangle_added_mass(0.3, 30.0) == pytest.approx(np.pi / 4 * 1.2 * 0.3, rel=0.01)
     assert rectangle_added_mass(0.2, 0.5) == rectangle_added_mass(0.5, 0.2)
+
+
+def test_a_plate_that_swings_wide_drags_as_in_a_steady_flow() -> None:
+    assert swinging_drag(0.05, 0.3) > swinging_drag(0.1, 0.3) > swinging_drag(1e3, 0.3) == pytest.approx(0.702)
 
 
 def test_a_stroke_loses_as_much_by_the_way_since_it_turned_as_by_grahams_coefficient() -> None:

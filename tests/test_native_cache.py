@@ -17,7 +17,7 @@ from tatamu.simulation.native.compiled import compilation, expect, types_taken
 from tatamu.simulation.native.contact import broad_phase
 from tatamu.simulation.native.kernels import Features, arguments, kernels
 from tatamu.simulation.native.memory.kernel_cache import NATIVE, forget_stale_kernels
-from tatamu.simulation.native.precompile import smallest_scene
+from tatamu.simulation.native.precompile import compile_beside, smallest_scene
 from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.native.simulator import load_kernels
 from tatamu.simulation.native.step import advance
@@ -124,6 +124,19 @@ def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.Mon
     monkeypatch.setattr(subprocess, "Popen", Noted)
     load_kernels()
     assert len(begun) == 1 and begun[0].returncode is not None
+
+
+def test_the_share_of_another_process_is_all_kernels_in_another_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    share: list[Any] = []
+    monkeypatch.setattr(precompile, "address_of", lambda kernel, arguments: share.append(kernel))
+    shares = []
+    for number in range(3):
+        share.clear()
+        compile_beside(*EVERYTHING, number, 3)
+        shares.append(list(share))
+    needed = list(kernels(EVERYTHING).values())
+    assert shares[0] == needed[::-1]
+    assert [set(each) for each in shares] == 3 * [set(needed)] and len({each[0] for each in shares}) == 3
 
 
 def test_what_is_told_of_compiling_counts_what_is_on_disk_and_only_where_this_process_compiles(

@@ -158,11 +158,27 @@ def test_the_force_of_cloth_that_wrinkles_is_minus_the_gradient_of_its_energy(co
         assert force[v, k] == pytest.approx(-slope, rel=1e-4, abs=1e-5 * np.abs(force).max())
 
 
+def test_cloth_that_hardly_wrinkles_is_cloth_that_does_not() -> None:
+    hardly = Elastic(regular(), CLOTH.model_copy(update={"compression": 1.0 - 1e-9}))
+    plain = Elastic(regular())
+    x = plain.rest + np.random.default_rng(4).normal(0.0, 0.003, plain.rest.shape)
+    force = plain.membrane_force(x)
+    assert np.allclose(hardly.membrane_force(x), force, atol=1e-7 * np.abs(force).max())
+
+
 def test_rows_of_a_staggered_mesh_need_no_copies() -> None:
     elastic = Elastic(regular())
     assert len(elastic.triangles.copied) == 0
     assert len(elastic.hinges.copied) == 0
     assert elastic.triangles.size < 1.1 * len(elastic.faces)
+
+
+def test_uniaxial_stretch_costs_half_y_strain_squared() -> None:
+    elastic = Elastic(regular())
+    strain, nu = 1e-4, CLOTH.poisson_ratio
+    x = elastic.rest * [1 + strain, 1 - nu * strain, 1.0]
+    area = 0.6 * 0.8
+    assert elastic.membrane_energy(x) == pytest.approx(0.5 * CLOTH.stretch_stiffness * strain**2 * area, rel=1e-3)
 
 
 @pytest.mark.parametrize(

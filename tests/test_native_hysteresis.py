@@ -11,6 +11,7 @@ from tatamu import simulate
 from tatamu.simulation.material import Material
 from tatamu.simulation.native.elastic import bending, hysteresis
 from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import capabilities
 from tests.physics.checks.motion import rolled
 from tests.physics.frictional_strip import loop
 from tests.scenes import CLOTH
@@ -119,6 +120,11 @@ def test_a_material_with_a_slope_below_its_rigidity_is_refused() -> None:
     with pytest.raises(ValueError, match="bending_rigidity_initial must be more than"):
         Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-5, bending_rigidity_initial=1e-5)
     assert "bending_hysteresis" not in CLOTH.model_dump()
+
+
+def test_only_native_knows_hysteresis_and_the_others_say_so() -> None:
+    assert capabilities("native").lacking(ROUGH) == []
+    assert capabilities("mujoco").lacking(ROUGH) == ["bending springs back, without bending_hysteresis"]
 
 
 def test_cells_that_lock_are_warned_of_with_the_spacing_that_would_not() -> None:

@@ -89,11 +89,34 @@ def test_what_passed_moves_as_one_from_where_it_was_with_its_momentum(make: obje
 
 
 @MADE
+def test_what_contact_has_not_pushed_hard_lately_is_not_looked_at(make: object, zone: list[int]) -> None:
+    simulation = make(THICKNESS)  # type: ignore[operator]
+    simulation.contact.activity.restless[:] = 9  # until the step before
+    start, x, passes = held(simulation, 1.5 * THICKNESS)
+    assert passes == 0 and (x[3:] == start[3:] - [0.0, 0.0, 1.5 * THICKNESS]).all()
+
+
+@MADE
+def test_vertices_of_a_zone_are_looked_at_in_the_steps_to_come(make: object, zone: list[int]) -> None:
+    simulation = make(THICKNESS)  # type: ignore[operator]
+    held(simulation, 1.5 * THICKNESS)
+    assert (simulation.contact.activity.restless[zone] == 10 + simulation.options.contact.restless_steps).all()
+
+
+@MADE
 def test_a_zone_with_a_held_vertex_moves_as_the_hand_does(make: object, zone: list[int]) -> None:
     simulation = make(THICKNESS)  # type: ignore[operator]
     simulation.mesh.inverse_mass[zone[0]] = 0.0
     start, x, passes = held(simulation, 1.5 * THICKNESS)
     assert passes == 1 and (x[zone] == start[zone]).all()
+
+
+@MADE
+def test_what_hands_hold_on_both_sides_is_left_to_them(make: object, zone: list[int]) -> None:
+    simulation = make(THICKNESS)  # type: ignore[operator]
+    simulation.mesh.inverse_mass[[zone[0], 3]] = 0.0
+    _, x, passes = held(simulation, 1.5 * THICKNESS)
+    assert passes == 0 and x[3, 2] == pytest.approx(-0.5 * THICKNESS)
 
 
 def test_zones_that_run_into_one_another_become_one() -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
-from tatamu.simulation.native.memory.lattice import Patch, patches
+from tatamu.simulation.native.memory.lattice import MIN_PATCH, Patch, patches
+from tests.physics.meshes import LAYOUTS
 
 Mesh = tuple[np.ndarray, np.ndarray]
 
@@ -18,6 +19,12 @@ def turned(mesh: Mesh, degrees: float) -> Mesh:
     c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     order = np.random.default_rng(3).permutation(len(vertices))
     return (vertices @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))[order], np.argsort(order)[faces]
+
+
+def beside(one: Mesh, other: Mesh) -> Mesh:
+    """Two meshes that share nothing."""
+    away = other[0] + np.array([5.0, 0.0, 0.0])
+    return np.concatenate([one[0], away]), np.concatenate([one[1], other[1] + len(one[0])])
 
 
 def found_in(mesh: Mesh) -> list[Patch]:
@@ -51,6 +58,12 @@ def test_neighbours_on_the_mesh_are_neighbours_on_the_lattice() -> None:
     assert (steps[~same_row, 0] == 1).all() and (np.abs(steps[~same_row, 1]) <= 1).all()
 
 
+def test_a_rectangle_needs_a_rectangle_of_places_that_is_well_filled() -> None:
+    mesh = turned(staggered_rectangle(0.1, 0.4, 0.02), 12.0)
+    (patch,) = found_in(mesh)
+    assert (patch.row.max() + 1) * (patch.column.max() + 1) < 1.2 * len(mesh[0])
+
+
 def test_no_two_vertices_have_one_place_around_a_hole() -> None:
     vertices, faces = staggered_rectangle(0.4, 0.4, 0.02)
     inside = (np.abs(vertices[faces].mean(axis=1)[:, :2]) < 0.08).all(axis=1)
@@ -78,3 +91,25 @@ def test_no_two_vertices_have_one_place_around_a_vertex_of_seven_triangles() -> 
     vertices = np.array([[x, y, 0.0] for x, y in number])
     for patch in found_in((vertices, np.array(faces))):
         assert len(set(zip(patch.row.tolist(), patch.column.tolist(), strict=True))) == len(patch.vertices)
+
+
+def test_a_vertex_far_from_its_place_is_not_on_the_lattice() -> None:
+    vertices, faces = staggered_rectangle(0.2, 0.3, 0.02)
+    inner = int(np.argmin(np.linalg.norm(vertices, axis=1)))
+    vertices[inner] += [0.0, 0.0, 0.018]
+    (patch,) = found_in((vertices, faces))
+    assert set(range(len(vertices))) - set(patch.vertices.tolist()) == {inner}
+
+
+def test_two_panels_are_two_lattices_with_no_vertex_in_common() -> None:
+    one, other = staggered_rectangle(0.2, 0.2, 0.02), turned(staggered_rectangle(0.2, 0.3, 0.03), 20.0)
+    found = found_in(beside(one, other))
+    assert len(found) == 2
+    assert sorted(np.concatenate([patch.vertices for patch in found])) == list(range(len(one[0]) + len(other[0])))
+
+
+def test_where_nothing_repeats_or_little_is_there_is_no_lattice() -> None:
+    plan, faces = LAYOUTS["irregular"](0.2, 0.3, 0.02)
+    assert sum(len(patch.vertices) for patch in found_in((np.column_stack([plan, 0 * plan[:, 0]]), faces))) < len(plan)
+    small = staggered_rectangle(0.06, 0.06, 0.02)
+    assert len(small[0]) < MIN_PATCH and found_in(small) == []

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tatamu.simulation.material import Material
-from tatamu.simulation.native.contact import motion
+from tatamu.simulation.native.contact import broad_phase, motion
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactState, VertexMotion
 from tatamu.simulation.native.simulation import Simulation
-from tatamu.simulation.scene import Scene
+from tatamu.simulation.scene import Cloth, Scene
 from tests.scenes import sheet
 
 THICKNESS = 1e-3
@@ -85,3 +85,35 @@ def test_candidates_are_worn_out_when_two_vertices_have_moved_apart_by_the_limit
         now[7, 0] += moved
         followed(contact, now, now)
         assert motion.worn_out(now, contact, limit) == (moved >= limit)
+
+
+def test_edges_that_come_under_pressure_are_paired_without_another_search() -> None:
+    """Two flat sheets on one another: their inner edges are guarded once they are pressed."""
+    lower = sheet(0.1, 0.1)
+    count = len(lower.vertices)
+    upper = lower.vertices + np.array([0.003, 0.002, 0.002])
+    cloth = Cloth(
+        vertices=np.concatenate([lower.vertices, upper]), faces=np.concatenate([lower.faces, lower.faces + count])
+    )
+    simulation = Simulation(Scene(cloth=cloth, material=CLOTH, duration=0.1))
+    contact = simulation.contact
+    positions = simulation.system.state.positions
+    positions.start[:] = positions.x
+    borders = contact.counters.pairs
+    contact.activity.pressed[:] = 4
+    contact.counters.newly_pressed = True
+    contact.motion.searched_at[:] = positions.x + np.array([0.001, 0.0, 0.0])  # a mark that a search would overwrite
+    options = simulation.system.options
+    broad_phase.refresh(positions, simulation.mesh, contact, options, simulation.system.kernels)
+    assert contact.counters.pairs > borders > 0 and not contact.counters.newly_pressed
+    assert (contact.motion.searched_at != positions.x).any()
+    pairs = {
+        frozenset((frozenset(p[:2]), frozenset(p[2:])))
+        for p in contact.edge_edge.pairs[: contact.counters.pairs].tolist()
+    }
+    assert len(pairs) == contact.counters.pairs  # none twice
+    simulation.search()
+    contact.activity.pressed[:] = 4
+    simulation.search()
+    again = contact.edge_edge.pairs[: contact.counters.pairs].tolist()
+    assert {frozenset((frozenset(p[:2]), frozenset(p[2:]))) for p in again} == pairs

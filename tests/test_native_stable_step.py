@@ -99,6 +99,30 @@ def test_the_frequency_of_bending_is_that_of_all_hinges_together(mesh: Mesh) -> 
     assert (1 - 1e-6) * exact < found < ROUNDED_UP * (1 + 1e-6) * exact
 
 
+def test_gradients_of_dihedral_angles_are_their_finite_differences() -> None:
+    rest, faces = regular()
+    bent = rest + np.random.default_rng(0).normal(0.0, 0.002, rest.shape)
+    hinges = Topology(faces).hinges
+
+    def angles(x: np.ndarray) -> np.ndarray:
+        return np.asarray(4.0 * np.arctan(hinge_gradients(x, hinges)[1] / 4.0))  # theta of g = 4 tan(theta / 4)
+
+    gradient = hinge_gradients(bent, hinges)[0].toarray()
+    for coordinate in np.random.default_rng(1).integers(0, bent.size, 10):
+        step = np.zeros(bent.shape)
+        step.flat[coordinate] = 1e-6
+        slope = (angles(bent + step) - angles(bent - step)) / 2e-6
+        assert gradient[:, coordinate] == pytest.approx(slope, rel=1e-4, abs=1e-4 * np.abs(gradient).max())
+
+
+def test_cloth_without_an_inner_edge_never_bends() -> None:
+    rest, faces = few()
+    topology = Topology(faces[:1])
+    gradient, _ = hinge_gradients(rest, topology.hinges)
+    none = hinge_stiffness(np.zeros((0, 3, 3)), np.zeros((0, 3), dtype=np.int64), len(topology.hinges))
+    assert 0.0 < bending_frequency(gradient, none, np.ones(4)) < 1e-6
+
+
 @pytest.mark.parametrize("phase", [1.25, 0.6])
 def test_steps_are_as_long_as_the_phase_that_is_asked_for_allows(phase: float) -> None:
     vertices, faces = regular()

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import tatamu
 from tatamu import HandTarget, InputError, Scene, Simulation, SimulationError, simulate
 from tests.scenes import CLOTH, held, scene, sheet
 
@@ -179,20 +180,26 @@ def test_a_hand_takes_other_vertices_where_it_closes_again() -> None:
 
 NAN = float("nan")
 WORD: Any = "up"
+PART: Any = [0.5]
 
 
 @pytest.mark.parametrize(
     ("seconds", "hands", "message"),
     [
         (-0.1, None, r"^seconds: must be finite and at least an outer step of .*, given -0\.1"),
+        (0.0, None, "^seconds"),
         (NAN, None, "^seconds"),
         (0.1, [None], "^hands: must be one for each of 2 grippers, given 1"),
         (0.1, [HandTarget([0.0, NAN, 0.0]), None], r"^hands\[0\]\.displacement: must be three finite numbers"),
+        (0.1, [None, HandTarget([0.0, 0.0], True)], r"^hands\[1\]\.displacement: must be three"),
         (0.1, [None, HandTarget(WORD, True)], r"^hands\[1\]\.displacement: must be three"),
         (0.1, [HandTarget([1.1, 0.0, 0.0]), None], r"^hands\[0\]\.displacement: must be reached with at most 10 m/s"),
         (0.1, [None, HandTarget([0.0, 0.0, 0.1])], r"^hands\[1\]\.displacement: must be left out while"),
         (0.1, [None, HandTarget(vertices=[7])], r"^hands\[1\]\.vertices: must be left out while"),
+        (0.1, [None, HandTarget(closed=True, vertices=[7, 7])], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [None, HandTarget(closed=True, vertices=[10000])], r"^hands\[1\]\.vertices: must be different"),
+        (0.1, [None, HandTarget(closed=True, vertices=[-1])], r"^hands\[1\]\.vertices: must be different"),
+        (0.1, [None, HandTarget(closed=True, vertices=PART)], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [None, HandTarget(closed=True, vertices=[])], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [HandTarget(vertices=[7]), None], r"^hands\[0\]\.vertices: must be those that the gripper holds"),
         (0.1, [None, HandTarget(closed=True, vertices=EDGE)], r"^hands\[1\]\.vertices: must be held by one gripper"),
@@ -234,3 +241,7 @@ def test_a_cloth_that_hands_tear_ends_in_an_error() -> None:
         simulation.advance(
             0.3, [HandTarget([-0.5, 0.0, 0.0], True, EDGE), HandTarget([0.5, 0.0, 0.0], True, [len(EDGE) + 40])]
         )
+
+
+def test_the_names_are_public() -> None:
+    assert tatamu.Simulation is Simulation and tatamu.HandTarget is HandTarget

@@ -13,7 +13,7 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.crossings import crossing_pairs, crossings
 from tatamu.simulation.native import simulation
 from tatamu.simulation.native.contact.state import ContactMesh
-from tatamu.simulation.native.contact.untangle import crossing_pairs_after, untangle
+from tatamu.simulation.native.contact.untangle import crossing_pairs_after, smallest_height, untangle
 from tatamu.simulation.native.model import model_of
 from tatamu.simulation.native.options import Options, UntangleOptions
 from tatamu.simulation.native.simulator import load_kernels
@@ -97,6 +97,16 @@ def test_what_is_not_tangled_stays_and_edges_keep_their_lengths() -> None:
     assert again is apart and left == 0
 
 
+def test_no_triangle_becomes_so_slim_that_bending_would_throw_it() -> None:
+    x, faces, _ = _stack(4, held=0)
+    mesh, lengths = _mesh(x, faces)
+    none_slimmer = UntangleOptions(slimmest=10.0)  # than the slimmest is
+    apart, _ = untangle(x, mesh, lengths, none_slimmer)
+    assert smallest_height(apart, faces) >= smallest_height(x, faces)
+    apart, _ = untangle(x, mesh, lengths, UntangleOptions(slimmest=0.0))
+    assert smallest_height(apart, faces) < smallest_height(x, faces)
+
+
 def test_held_vertices_stay() -> None:
     x, faces, held = _stack(2, held=0)
     mesh, lengths = _mesh(x, faces)
@@ -134,6 +144,23 @@ def test_what_stays_tangled_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> N
     tries.clear()
     simulate(Scene(cloth=cloth, material=LIMP, grippers=[hand], duration=0.8))
     assert len(tries) == 4
+
+
+def test_what_came_apart_is_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may snap back within a few steps: a crumple that had come apart at 0.74 s was tangled at 0.75 s."""
+    found: list[bool] = []
+    load_kernels()
+
+    def apart(
+        x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions
+    ) -> tuple[np.ndarray, int]:
+        found.append(len(found) == 1)  # when the hand opens; the first call is before the first step
+        return (x.copy() if found[-1] else x), 0
+
+    monkeypatch.setattr(simulation, "untangle", apart)
+    hand = Gripper(vertices=[0], times=[0.0], displacements=np.zeros((1, 3)), opens=0.1)
+    simulate(Scene(cloth=sheet(0.1, 0.1), material=LIMP, grippers=[hand], duration=0.8))
+    assert found == [False, True, False]
 
 
 def test_a_tshirt_folded_in_half_has_no_layer_through_another() -> None:

@@ -79,6 +79,13 @@ def test_a_later_sweep_restores_a_part() -> None:
     assert over(positions.x)[2] == pytest.approx(0.5 * THICKNESS)
 
 
+def test_a_later_sweep_passes_over_what_nothing_has_touched() -> None:
+    simulation = simulation_of()
+    simulation.contact.counters.sweep = 2
+    positions, smallest = swept(simulation, 0.2 * THICKNESS, THICKNESS, restored=0.5)
+    assert (positions.x == positions.predicted).all() and smallest == THICKNESS
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_vertex_that_passed_goes_back_to_the_side_where_it_started(side: float) -> None:
     positions, smallest = swept(simulation_of(), -0.3 * side * THICKNESS, side * THICKNESS)
@@ -145,3 +152,20 @@ def test_a_partner_is_not_followed_around_a_fold() -> None:
     positions, _ = swept(simulation, -10 * THICKNESS, THICKNESS, slide=0.012)
     assert simulation.contact.vertex_face.triangle[4].tolist() == [0, -1, -1]
     assert (positions.x == positions.predicted).all()
+
+
+def test_a_partner_is_not_followed_to_another_partner() -> None:
+    simulation = simulation_of()
+    simulation.contact.vertex_face.triangle[4, 1] = 1
+    simulation.contact.vertex_face.wake[4, 1] = np.inf
+    swept(simulation, 0.5 * THICKNESS, THICKNESS, slide=0.012)
+    assert simulation.contact.vertex_face.triangle[4].tolist() == [0, 1, -1]
+
+
+def test_what_is_pressed_calls_for_a_search_that_guards_its_edges() -> None:
+    simulation = simulation_of()
+    assert not simulation.contact.counters.newly_pressed
+    swept(simulation, 0.5 * THICKNESS, THICKNESS)
+    assert simulation.contact.counters.newly_pressed
+    assert (simulation.contact.activity.pressed[[0, 1, 2, 4]] == ContactOptions().pressed_searches).all()
+    assert simulation.contact.activity.pressed[3] == 0

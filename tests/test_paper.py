@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from tatamu.simulation.blender.recipe import written
 from tatamu.simulation.material import PRESETS, load_material
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
+from tatamu.simulation.scene import Cloth
 from tatamu.simulation.simulators import simulate
 from tatamu.study.loop import Progress
 from tatamu.study.result import Result
@@ -200,3 +202,17 @@ def test_the_method_of_li_starts_with_their_curve_at_the_corners_and_leads_down(
     reached = score(task.fold, made.trajectory_length, simulate(scene_of(task.fold, made)).positions[-1])
     assert objectives[0] == pytest.approx(reached.objective)
     assert min(objectives[5:]) < min(objectives[:5])
+
+
+def test_cloth_in_blender_starts_with_as_many_vertices(tmp_path: Path) -> None:
+    strip = sheet(0.1, 0.24)
+    made = scene(cloth=Cloth(vertices=strip.vertices, faces=strip.faces), material=load_material(Path("paper-towel")))
+    request = written(made).request
+    assert len(request["vertices"]) == len(strip.vertices)
+    assert {vertex for face in request["faces"] for vertex in face} == set(range(len(strip.vertices)))
+    json.dumps(request, allow_nan=False)
+
+
+def test_a_plan_of_several_steps_is_refused() -> None:
+    with pytest.raises(InputError, match="trousers=half has 2 steps"):
+        Choices(garments=("trousers",), folds={"trousers": "half"}).task("trousers")

@@ -17,6 +17,7 @@ from tatamu.cameras.board import Board, load_board, write_board
 from tatamu.cameras.camera import estimate
 from tatamu.cameras.fit import lay
 from tatamu.cameras.lens import Lens, calibrate_lens, load_lens, scaled, write_lens
+from tatamu.cameras.lines import Line
 from tatamu.cameras.locate import locate_shape
 from tatamu.cameras.located import Located
 from tatamu.cameras.markers import find_pages, saddles
@@ -270,8 +271,10 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
     ("options", "words"),
     [
         ([], "board, sheet: exactly one must be given, given 0"),
+        (["--board", "B", "--sheet", "a4"], "given 2"),
         (["--sheet", "a3"], "sheet: must be a4 or letter, given 'a3'"),
         (["--board", "B", "--board-pose", "1,2"], "board-pose: must be x,y,yaw"),
+        (["--board", "B", "--board-pose", "1,2,nan"], "board-pose: must be x,y,yaw"),
         (["--board", "B", "--touch", "0,0 1,0"], "three marks A, B and C"),
         (["--board", "B", "--touch", "0,0 0.3,0 0,0.24"], "mark . is off by"),
         (
@@ -282,6 +285,8 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
         (["--board", "B", "--corner", "a=1,2", "--corner", "a=1,2"], "corner: a is given twice"),
         (["--board", "B", "--out", "x.png"], "out: must be a .json file"),
         (["--board", "B", "--garment", "tshirt"], "must be that of a flat tshirt"),
+        (["--board", "B", "--picture", "x.svg"], "picture: must be a .png or .jpg"),
+        (["--board", "B", "--garment", "sock"], "sock"),
         (["--board", "PHOTO"], "is not a UTF-8 text file"),
     ],
 )
@@ -455,3 +460,19 @@ def test_other_garments_are_laid_over_their_outlines(name: str) -> None:
         fit = lay(shape, found, {})
         assert (fit.pose.x, fit.pose.y, fit.pose.yaw) == pytest.approx((pose.x, pose.y, pose.yaw), abs=0.002)
         assert fit.scale == pytest.approx([1.04, 0.97], abs=0.003)
+
+
+def test_a_line_ignores_what_lies_elsewhere() -> None:
+    at = np.linspace(0.0, 1.0, 50)
+    points = np.column_stack([at, 0.5 * at + 0.1])
+    points[:8] += [0.0, 0.2]
+    line = Line.through(points)
+    assert abs(line.direction[1] / line.direction[0]) == pytest.approx(0.5, abs=1e-3)
+    assert line.meets(Line.through(np.array([[0.5, 0.0], [0.5, 1.0], [0.5, 2.0]]))) == pytest.approx(
+        [0.5, 0.35], abs=1e-3
+    )
+
+
+def test_the_photographs_scale_is_that_of_the_table(folder: Path) -> None:
+    photo = read_photograph(folder / "towel.png", PAGES)
+    assert photo.resolution(np.zeros((1, 2))) == pytest.approx(0.0014, abs=0.0004)

@@ -33,6 +33,12 @@ def test_of_a_layer_its_outermost_row_is_held() -> None:
     assert outermost(across, along, chain(*range(6)), CELL).tolist() == [True] * 3 + [False] * 3
 
 
+def test_every_layer_is_held_by_its_own_outermost_row() -> None:
+    across, along = rows([0.0, 0.9 * CELL], [0.0, CELL])
+    links = np.concatenate([chain(0, 1), chain(2, 3)])  # two layers, the edge of one of them farther in
+    assert outermost(across, along, links, CELL).all()
+
+
 def test_a_slanting_edge_is_held_whole_and_a_shifted_row_behind_it_is_not() -> None:
     along = np.array([0.0, CELL, 2 * CELL, 0.5 * CELL, 1.5 * CELL])
     across = np.array([0.0, 0.4 * CELL, 0.8 * CELL, 1.1 * CELL, 1.5 * CELL])
@@ -73,6 +79,16 @@ def test_loose_layers_come_to_lie_on_each_other_in_their_order() -> None:
     points = tower(0.025, 0.0005, 0.012, 0.0015)
     after = points[:, 2] + pressed(points, T, CELL)
     assert after == pytest.approx([0.0005 + 3 * APART * T, 0.0005, 0.0005 + 2 * APART * T, 0.0015])
+
+
+def test_what_is_beside_does_not_carry() -> None:
+    points = np.array([[0.0, 0.0, 0.0005], [CELL, 0.0, 0.0105]])
+    assert pressed(points, T, CELL)[1] == pytest.approx(-0.01)
+
+
+def test_nothing_is_pushed_up_or_pressed_by_less_than_a_thickness() -> None:
+    points = tower(0.0005, 0.0007, 0.0026, 0.0024)
+    assert (pressed(points, T, CELL) == 0.0).all()
 
 
 def second_fold() -> tuple[Scene, Manipulation, np.ndarray]:

@@ -10,6 +10,7 @@ import pytest
 
 from tatamu import InputError
 from tatamu.folding.fold import Fold, fold_of, ideal_folds, make_fold
+from tatamu.folding.ideal import pressed
 from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.folding.plan import Plan, line_of, load_plan
 from tatamu.folding.plans import PLANS, make_plan
@@ -263,8 +264,10 @@ def test_the_normal_points_away_from_the_side_that_moves() -> None:
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, 0.0], [0.0, 0.0]]"), "two different points"),
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, 0.0], [1.0, 0.0]]"), "moves must be a side of the line"),
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, nan], [0.0, 1.0]]"), "step.1.line"),
+        (('unit = "m"', 'unit = "inch"'), "unit"),
         (('title = "corner in"', 'titel = "corner in"'), "step.0.titel"),
         (("[plan]", "[plan"), "not valid TOML"),
+        (('unit = "m"', 'name = ""'), "name"),
     ],
 )
 def test_a_wrong_plan_names_file_and_field(tmp_path: Path, change: tuple[str, str], says: str) -> None:
@@ -303,3 +306,19 @@ def test_a_file_named_as_a_garment_of_ours_is_folded_as_any_other(tmp_path: Path
     assert make_plan("half", shirt).steps[0].title == "in half across the length"
     with pytest.raises(InputError, match="must be one of half"):
         make_plan("shop", shirt)
+
+
+def test_loops_of_a_narrow_package_are_pressed_from_their_whole_height(garments: dict[str, Garment]) -> None:
+    """The loops of both sides are so wide that most of the package has no flat part."""
+    shirt = garments["tshirt"]
+    fold = ideal_folds(shirt, make_plan("shop", shirt))[2]
+    highest, flat = fold.start[:, 2].max(), 4 * shirt.material.thickness
+    assert fold.stacks.middle.max() == pytest.approx(0.5 * (flat + highest))
+
+
+def test_pressing_keeps_the_order_of_layers() -> None:
+    z = np.linspace(0.0, 0.05, 200)
+    lower = pressed(z, 0.004)
+    assert (np.diff(lower) > 0).all()
+    assert (lower[z <= 0.004] == z[z <= 0.004]).all()
+    assert lower[-1] < 0.03

@@ -16,6 +16,7 @@ from PIL import Image
 import tatamu
 from tatamu.show.chart import harmless, log_axis, traces
 from tatamu.show.drawing import FROM_ABOVE, Drawing
+from tatamu.show.image import png
 from tatamu.show.page import script
 from tatamu.show.palette import BACK, COLOURS, FRONT, REAR, SIDES, css, rgb
 from tatamu.show.raster import View
@@ -82,6 +83,11 @@ def test_a_drawing_is_well_formed_and_whole_in_itself(drawing: Drawing) -> None:
         assert (f".{name}{{" in style) == (light != dark)
 
 
+def test_what_is_left_of_a_robot_is_left_in_a_drawing_from_above(drawing: Drawing) -> None:
+    (x, y), (left, ahead) = drawing.pixels(np.array([[0.5, 0.5], [0.9, 0.8]]))
+    assert left < x and ahead < y
+
+
 def test_a_dimension_has_its_name_beside_it(drawing: Drawing) -> None:
     flat = Drawing(np.zeros(2), np.ones(2), 100.0)
     flat.dimension([0.2, 0.5], [0.8, 0.5], "width")
@@ -99,6 +105,12 @@ def test_a_drawing_as_pixels_shows_its_shapes_by_day(drawing: Drawing) -> None:
         drawing.png()
 
 
+def test_a_picture_comes_back_whole() -> None:
+    pixels = np.random.default_rng(0).integers(0, 256, size=(5, 7, 4)).astype(np.uint8)
+    assert (np.asarray(Image.open(io.BytesIO(png(pixels)))) == pixels).all()
+    assert png(pixels) == png(pixels)
+
+
 def test_names_in_a_plot_are_no_links() -> None:
     name = "<a href='javascript:alert(1)'>x</a><span style='color:red'><BR><b onclick=1>"
     made = traces([{"name": name, "x": [1.0, None], "hovertemplate": f"{name}<br>l<sub>x</sub><extra></extra>"}])
@@ -113,6 +125,12 @@ def test_a_short_logarithmic_axis_has_numbers_on_it() -> None:
     short = log_axis("x", 3.5, 6.5)
     assert {"4", "5", "6"} <= set(short["ticktext"])
     assert "ticktext" not in log_axis("x", 1.0, 5000.0)
+
+
+def test_a_legend_lies_above_the_plot_so_that_a_phone_has_room_for_both() -> None:
+    legend = traces([], showlegend=True)["layout"]["legend"]
+    assert legend["orientation"] == "h"
+    assert legend["y"] > 1.0 and legend["yanchor"] == "bottom"
 
 
 BACK_AND_FRONT = np.array([[0, 3, 1], [0, 1, 2]])

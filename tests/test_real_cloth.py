@@ -15,14 +15,15 @@ from studies.real_cloth import notes
 from studies.real_cloth.__main__ import app
 from studies.real_cloth.alignment import UNMOVED, Displacement, Pairs
 from studies.real_cloth.bench import Bench, Experiment, Values
+from studies.real_cloth.fabric import Fabric
 from studies.real_cloth.fitted_air import START, fit
-from studies.real_cloth.fitted_drape import DENSITY
+from studies.real_cloth.fitted_drape import DENSITY, TYPICAL
 from studies.real_cloth.hem import Hem, WavyDrapemeter
 from studies.real_cloth.leeds import MODELS, Leeds, MeasuredHems
 from studies.real_cloth.matsudaira import FILE, NUMBERS, Matsudaira, models
 from studies.real_cloth.page import page
-from studies.real_cloth.pendulum import AirLaw, plate_swing
-from studies.real_cloth.recording import Recording, load_recordings
+from studies.real_cloth.pendulum import AirLaw, plate_nodes, plate_swing
+from studies.real_cloth.recording import BEFORE, Recording, load_recordings
 from studies.real_cloth.study import load, run
 from typer.testing import CliRunner
 
@@ -223,3 +224,55 @@ def test_outlines_and_recordings_that_are_none_are_refused(tmp_path: Path) -> No
     (tmp_path / "motion.npz").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(InputError, match=r"is not an \.npz file"):
         load_recordings(tmp_path / "motion.npz", "s", ())
+
+
+def test_an_outline_of_a_curve_is_that_of_its_radii() -> None:
+    outline = waved(0.12, 5, 0.02)
+    curve = outline.radii[:, None] * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]) + [0.3, -0.2]
+    assert Hem.of_curve(curve, np.array([0.3, -0.2])).radii == pytest.approx(outline.radii, abs=1e-9)
+
+
+def test_a_plate_without_air_swings_like_a_physical_pendulum() -> None:
+    recording = recorded(AirLaw())
+    clock = recording.clock
+    after = clock > 2.2
+    period = np.median([each.period for each in swings(clock[after], recording.swing[after], 0.004)])
+    assert period == pytest.approx(2.0 * np.pi * np.sqrt(2.0 * 0.3 / (3.0 * 9.81)), rel=0.03)
+    assert recording.path[0][0] == pytest.approx(clock.min() - BEFORE)
+
+
+def test_recordings_count_the_same_in_the_displacement_however_many_nodes_they_have() -> None:
+    few, many = np.eye(3), np.tile(np.eye(3), (100, 1))
+    mean = Pairs.mean([Pairs.of(few, few + np.array([0.02, 0.0, 0.0])), Pairs.of(many, many)])
+    assert mean.translation().translation == pytest.approx([0.01, 0.0, 0.0])
+
+
+def test_the_nodes_of_a_plate_have_its_swing_and_its_length() -> None:
+    recording = recorded(AirLaw(0.5, 0.6, 4.0))
+    swing = 0.1 * np.sin(recording.clock)
+    nodes = plate_nodes(recording, swing, 0.3)
+    across = ((nodes[:, 0] - nodes[:, -1]) * recording.normal(recording.clock)[:, None]).sum(axis=2)
+    assert across == pytest.approx(np.tile(swing[:, None], 3), abs=1e-9)
+    assert np.linalg.norm(nodes[:, 0] - nodes[:, -1], axis=2) == pytest.approx(0.3)
+    assert nodes[:, -1, [0, -1]] == pytest.approx(recording.corners(recording.clock))
+
+
+def test_another_scene_has_another_name(tmp_path: Path) -> None:
+    bench = Bench("native", tmp_path)
+    material = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-4)
+    keys = {
+        bench._key(benches.Experiment("", Drapemeter(0.1, 0.05, 0.01, seed).scene(material), what, lambda _: {}))
+        for seed in (0, 1)
+        for what in ("outline", "other")
+    }
+    assert len(keys) == 4
+
+
+def test_a_weave_of_typical_anisotropy_is_the_typical_weave() -> None:
+    fabric = Fabric("made up", "plain", 0.2, 1e-5)
+    found, typical = fabric.weave(TYPICAL), fabric.woven
+    for name in ("bending_rigidity", "bending_rigidity_weft", "bending_rigidity_bias", "shear_stiffness"):
+        assert getattr(found, name) == pytest.approx(getattr(typical, name))
+    stiffer = fabric.weave(3.0)
+    assert stiffer.bending_rigidity == pytest.approx(3.0 * stiffer.weft_rigidity)
+    assert stiffer.bending_rigidity + stiffer.weft_rigidity == pytest.approx(2e-5)

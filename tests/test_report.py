@@ -138,9 +138,12 @@ def test_a_wrong_folder_is_refused_in_one_line_that_names_the_file(folder: Path,
     [
         ("result.json", lambda r: r.update(version=2), "version"),
         ("result.json", lambda r: r.update(best=4), "best"),
+        ("result.json", lambda r: r.update(best=99), "best"),
         ("result.json", lambda r: r["trials"][0].update(state="running"), "state"),
         ("result.json", lambda r: r["trials"][0].update(objective=None), "objective"),
         ("result.json", lambda r: r["baselines"][0].update(path=[[0, 0]]), "path"),
+        ("manipulation.json", lambda m: m.update(version=7), "version"),
+        ("manipulation.json", lambda m: m.update(arms=[]), "arms"),
         ("manipulation.json", lambda m: m["arms"][0].update(name="<b>"), "name"),
         ("manipulation.json", lambda m: m["via_points"]["left"][5].__setitem__(2, 0.9), "via_points.left"),
     ],
@@ -161,7 +164,9 @@ def test_a_wrong_field_is_named(
         (lambda a: a.update(error_10=a["error_10"][:-1]), "error_10"),
         (lambda a: a["positions"].__setitem__((-1, 0, 0), np.nan), "positions"),
         (lambda a: a.update(positions=a["positions"][:, :-1]), "faces must use vertices"),
+        (lambda a: a.update(times=a["times"][::-1]), "times"),
         (lambda a: a.update(faces=a["faces"] + 1), "faces"),
+        (lambda a: a.update(faces=a["faces"][:, :2]), "faces"),
     ],
 )
 def test_a_rollout_that_does_not_fit_is_refused(

@@ -262,6 +262,14 @@ def test_day_and_night_have_their_own_colours(tab: Opener, reported: Path) -> No
     assert browser.complaints == []
 
 
+def test_the_page_never_scrolls_sideways(tab: Opener, reported: Path) -> None:
+    for width in (360, 768, 1600):
+        browser = tab(width, 800, is_mobile=width < 500)
+        browser.open(reported, "#t=1")
+        browser.settle()
+        assert browser.run("document.documentElement.scrollWidth") <= width
+
+
 def test_a_poor_study_shows_without_complaint(tab: Opener, tmp_path: Path) -> None:
     """One trial, no baselines, no moments of the search, no table, no timing, a name like a script."""
     browser = tab()
@@ -310,6 +318,25 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     for name, text in written.items():
         (folder / f"{name}.html").write_text(text)
     return {name: folder / f"{name}.html" for name in written}
+
+
+@pytest.mark.parametrize("name", ["validation", "garment"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_other_pages_fit_a_phone_and_follow_day_and_night(
+    tab: Opener, pages: dict[str, Path], name: str, scheme: str
+) -> None:
+    browser = tab(360, 800, is_mobile=True, color_scheme=scheme)
+    browser.open(pages[name])
+    assert browser.complaints == []
+    assert browser.run("document.documentElement.scrollWidth") <= 360
+    ground, ink = (
+        sum(int(part) for part in re.findall(r"\d+", browser.run(script)))
+        for script in (
+            "getComputedStyle(document.body).backgroundColor",
+            "getComputedStyle(document.querySelector('.chart .xtick text, figure svg text')).fill",
+        )
+    )
+    assert ink - ground > 300 if scheme == "dark" else ground - ink > 300, "words stand out from the ground"
 
 
 @pytest.fixture(scope="module")

@@ -14,12 +14,13 @@ from PIL import Image
 
 from tatamu.report import picture
 from tatamu.report.errormap import largest, maps
-from tatamu.report.histogram import histogram
+from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
 from tatamu.show.packing import motion
-from tatamu.show.raster import View, rasterise
+from tatamu.show.raster import View, rasterise, vertex_normals
 from tatamu.show.replay import FRAMES, frames
+from tatamu.show.tube import tube
 from tatamu.study.result import Result
 from tests.fabricated import changed, grid, report, rewritten, write_fold
 from tests.pages import shown, unpacked
@@ -178,3 +179,24 @@ def test_the_picture_is_a_png_of_cloth_and_paths(folder: Path, monkeypatch: pyte
     assert ((red > 220) & (green > 150) & (blue < 150)).mean() > 0.05  # the cloth's other side is up
     assert ((red > 150) & (green < 110)).sum() > 20  # left hand
     assert ((red < 80) & (green > 90)).sum() > 20  # right hand
+
+
+def test_bins_are_round_and_about_forty() -> None:
+    for end in (1e-9, 0.0013, 0.02, 0.145, 0.5):
+        width = bin_width(end)
+        assert float(f"{width:.2g}") == pytest.approx(width)
+        assert 25 <= max(end, 1e-6) / width <= 60
+
+
+def test_a_tube_is_as_thick_everywhere_whatever_way_it_goes() -> None:
+    share = np.linspace(0.0, 1.0, 50)[:, None]
+    for way in ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 1.0]):
+        path = share * way + np.sin(np.pi * share) * [0.0, 0.0, 0.3]
+        points, _ = tube(path, 0.01)
+        rings = points.reshape(-1, 10, 3)
+        assert np.linalg.norm(rings - rings.mean(axis=1, keepdims=True), axis=2) == pytest.approx(0.01, rel=1e-6)
+
+
+def test_normals_of_a_flat_cloth_point_up() -> None:
+    points, faces = grid(0.1)
+    assert np.allclose(vertex_normals(points, faces), [0, 0, 1])

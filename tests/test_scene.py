@@ -43,20 +43,28 @@ def test_a_scene_survives_a_round_trip(tmp_path: Path) -> None:
     [
         ("version", 2, "version"),
         ("cloth.vertices", [[0, 0]], "cloth.vertices"),
+        ("cloth.vertices", [[0, 0, "a"]], "cloth.vertices"),
+        ("cloth.vertices", [[0, 0, 1e9]], "cloth.vertices"),
         ("cloth.faces", [[0, 1, 999]], "triangle 0"),
+        ("cloth.faces", [[0, 1, 1.5]], "cloth.faces"),
         ("cloth.faces", [], "at least one triangle"),
         ("cloth.faces", [[0, 1, 2]], "have an area"),
         ("cloth.faces", [[0, 1, 6]], "without a triangle"),
         ("cloth.rest_vertices", [[0, 0, 0]], "rest_vertices"),
         ("cloth.seams", [[0, 1]], "seams"),
+        ("material.areal_density", -1, "material.areal_density"),
         ("material.areal_density", float("nan"), "material.areal_density"),
+        ("material.poisson_ratio", 1.0, "material.poisson_ratio"),
         ("material.colour", "red", "material.colour"),
+        ("table.tilt", 2.0, "table.tilt"),
         ("grippers.0.vertices", [100000], "grippers.0.vertices"),
         ("grippers.0.vertices", [0, 0], "different"),
         ("grippers.0.opens", 0.0, "opens"),
         ("grippers.0.times", [1.0, 1.0], "increase"),
         ("grippers.0.displacements", [[0, 0, 0], [0, 0, 0]], "displacements"),
+        ("duration", 0, "duration"),
         ("duration", "long", "duration"),
+        ("frame_rate", -1, "frame_rate"),
     ],
 )
 def test_a_wrong_field_is_named_in_one_line(tmp_path: Path, path: str, value: Any, named: str) -> None:
@@ -123,6 +131,17 @@ def test_a_rollout_survives_a_round_trip_without_pickles(tmp_path: Path) -> None
         assert set(archive.files) == {"times", "positions", "faces", "info", "target"}
 
 
+def test_what_is_no_rollout_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "r.npz").write_bytes(b"nothing")
+    with pytest.raises(InputError, match="not a rollout"):
+        Rollout.load(tmp_path / "r.npz")
+
+
+def test_a_material_can_be_dumped_without_its_blender_table() -> None:
+    for raw in (None, {"quality": 5}):
+        assert "blender" not in CLOTH.model_copy(update={"blender": raw}).model_dump(exclude={"blender"})
+
+
 def test_a_material_speaks_of_compression_only_where_it_differs_from_tension() -> None:
     assert "compression" not in CLOTH.model_dump() and "compression" not in CLOTH.model_dump_json()
     wrinkles = CLOTH.model_copy(update={"compression": 0.1})
@@ -165,6 +184,36 @@ def test_a_triangle_alone_falls() -> None:
     cloth = Cloth(vertices=np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]]), faces=np.array([[0, 1, 2]]))
     rollout = simulate(scene(cloth=cloth, table=None, material=CLOTH.model_copy(update={"air_drag": 0.0})))
     assert rollout.positions[-1, :, 2] == pytest.approx(-0.5 * 9.81 * rollout.times[-1] ** 2, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"times": np.array(0.0)}, {"positions": np.zeros((3, 3))}, {"info": np.array("[]")}, {"info": np.array("{")}],
+)
+def test_a_rollout_of_another_form_is_refused(tmp_path: Path, changes: dict[str, np.ndarray]) -> None:
+    arrays = {"times": np.zeros(1), "positions": np.zeros((1, 3, 3)), "faces": np.array([[0, 1, 2]])}
+    np.savez(tmp_path / "r.npz", allow_pickle=False, **{**arrays, "info": np.array("{}"), **changes})
+    with pytest.raises(InputError, match="not a rollout"):
+        Rollout.load(tmp_path / "r.npz")
+
+
+@pytest.mark.parametrize("text", ['{"vertices": 1' + "0" * 5000 + "}", "[" * 100_000, '{"cloth": "\ud800"}'])
+def test_a_scene_file_with_odd_content_is_refused_in_a_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / "s.json").write_text(text, encoding="utf-8", errors="surrogatepass")
+    with pytest.raises(InputError, match=r"s\.json: "):
+        Scene.load(tmp_path / "s.json")
+
+
+@pytest.mark.parametrize("text", ["x = 1" + "0" * 5000, "x = " + "[" * 100_000, "x = "])
+def test_a_material_file_with_odd_content_is_refused_in_a_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(InputError, match=r"m\.toml: is not valid TOML"):
+        load_material(tmp_path / "m.toml")
+
+
+def test_a_vertex_beyond_all_numbers_is_refused() -> None:
+    with pytest.raises(ValueError, match="must be a list of"):
+        Scene.model_validate(changed("cloth.vertices", [[10**400, 0, 0], [1, 0, 0], [0, 1, 0]]))
 
 
 def test_the_ranges_in_the_docs_are_those_of_the_code() -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from time import process_time
 
 import numpy as np
 import pytest
@@ -250,6 +251,24 @@ def test_an_objective_that_is_no_number_is_refused(value: float) -> None:
     proposal = search.ask()
     with pytest.raises(InputError, match="objective: must be a finite number"):
         search.tell(proposal, value)
+
+
+def test_a_proposal_at_fifty_trials_costs_little_beside_a_fold() -> None:
+    """Processor time against that of a matrix product of the same run, so neither the machine nor its load matters."""
+    search = told(50, length)
+    matrix = np.random.default_rng(9).random((500, 500))
+
+    def fastest(work: Callable[[], object], turns: int = 5) -> float:
+        seconds = []
+        for _ in range(turns):
+            started = process_time()
+            work()
+            seconds.append(process_time() - started)
+        return min(seconds)
+
+    proposal = fastest(search.propose)
+    product = fastest(lambda: [matrix @ matrix for _ in range(10)])
+    assert proposal < 5.0 * product
 
 
 def test_the_ends_of_a_side_are_the_bounds_to_the_last_bit() -> None:

@@ -318,10 +318,8 @@ def test_a_study_for_a_robot_is_not_one_for_any(learned: Path) -> None:
         learn_plain(task(reach=Reach("low", Low())), learned, trials=6)
 
 
-@pytest.mark.parametrize(
-    ("elsewhere", "reach"),
-    [(lambda: ThreadPoolExecutor(1), None), (lambda: ThreadPoolExecutor(7), "low"), (processes, None)],
-)
+@pytest.mark.parametrize("reach", [None, "low"])
+@pytest.mark.parametrize("elsewhere", [lambda: ThreadPoolExecutor(1), lambda: ThreadPoolExecutor(7), processes])
 def test_a_study_is_the_same_wherever_its_trials_run(
     tmp_path: Path, elsewhere: Callable[[], Executor], reach: str | None
 ) -> None:
@@ -338,6 +336,13 @@ def test_a_study_that_stops_and_goes_on_proposes_what_it_would_have(tmp_path: Pa
     learn_plain(task(), tmp_path / "once", trials=6, parallel=2, baselines=False)
     for trials in (3, 6):
         learn_plain(task(), tmp_path / "twice", trials=trials, baselines=False, parallel=2)
+    assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
+
+
+def test_a_study_that_was_started_one_by_one_goes_on_so(tmp_path: Path) -> None:
+    learn_plain(task(), tmp_path / "once", trials=6, parallel=1, baselines=False)
+    learn_plain(task(), tmp_path / "twice", trials=3, parallel=1, baselines=False)
+    learn_plain(task(), tmp_path / "twice", trials=6, baselines=False)
     assert timeless(tmp_path / "once") == timeless(tmp_path / "twice")
 
 

@@ -81,10 +81,14 @@ def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
         ("[grid]\nseed = [0]", r"grid\[0\]: garment"),
         ('[grid]\ngarment = ["towel"]\nsise = ["1x1"]', r"grid\[0\]: sise"),
         ('[grid]\ngarment = "towel"', "grid.garment"),
+        ("[grid]\ngarment = []", "grid.garment"),
         ('[[task]]\ngarment = "towel"\nseed = "x"', r"task\[0\]: seed"),
+        ('[[task]]\ngarment = "towel"\nseed = true', r"task\[0\]: seed"),
         ('[[task]]\ngarment = "towel"\nname = "../x"', r"task\[0\].name"),
         ('[[task]]\ngarment = "towel"\n[[task]]\ngarment = "towel"', "is the same as"),
         ('version = 2\n[[task]]\ngarment = "towel"', "version"),
+        ('tasks = 3\n[[task]]\ngarment = "towel"', "tasks"),
+        ("[grid", "is not valid TOML"),
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, said: str) -> None:
@@ -230,6 +234,11 @@ def test_the_page_says_what_came_out(phone: Phone) -> None:
     assert "all &lt;i&gt;failed&lt;/i&gt;" in text and "<b>mine" not in text and "&lt;b&gt;mine" in text
     assert 'href="task-0/report.html"' in text
     assert varied(records()) == ["seed", "size", "material"]
+
+
+def test_a_page_of_failures_alone_has_no_charts() -> None:
+    text = page(records()[-1:])
+    assert "0 of 0 succeed" in text and 'id="chart-data"' not in text
 
 
 def test_the_live_table_shows_what_runs_first() -> None:

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 from tatamu.simulation.mesh.crossings import crossings, crossings_over_time
 from tatamu.simulation.mesh.topology import Topology, areas, check_mesh
 from tests.physics.meshes import LAYOUTS, Mesh, irregular, mirrored, right
-from tests.physics.scenes import joined, raised
+from tests.physics.scenes import joined, raised, vertex_areas
 
 NO_SEAMS = np.empty((0, 2), dtype=np.int64)
 
@@ -81,3 +81,8 @@ def test_positions_that_are_not_finite_count_as_crossings() -> None:
     points[0, 0] = np.nan
     assert crossings(points, faces) > 0
     assert areas(raised(plan), faces).min() > 0
+
+
+def test_vertex_areas_share_out_the_whole_area() -> None:
+    plan, faces = irregular(0.1, 0.06, 0.01)
+    assert_allclose(vertex_areas(raised(plan), faces).sum(), 0.006)

@@ -11,6 +11,29 @@ from tatamu.simulation.native.elastic import curvature, membrane
 from tests.physics import frictional_strip, plate, references
 
 
+def test_catenary_has_the_span_and_the_length() -> None:
+    curve = references.catenary(0.4, 0.5, 4001)
+    assert_allclose(curve[-1, 0] - curve[0, 0], 0.4, rtol=1e-9)
+    assert_allclose(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum(), 0.5, rtol=1e-6)
+    assert_allclose(curve[[0, -1], 1], 0.0, atol=1e-12)
+
+
+def test_hanging_sheet_has_the_mean_strain_and_no_strain_at_its_end() -> None:
+    fabric = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5)
+    s = np.linspace(0, 0.3, 301)
+    u = references.hang_displacement(s, 0.3, fabric, 9.81)
+    assert_allclose(u[-1] / 0.3, 0.2 * 9.81 * 0.3 / 200.0)
+    assert_allclose((u[1] - u[0]) / 1e-3, 0.2 * 9.81 * 0.3 / 100.0, rtol=2e-3)
+    assert u[-1] - u[-2] < 1e-3 * u[-1]
+
+
+def test_incline_sticks_below_and_slides_above_its_threshold() -> None:
+    threshold = references.incline_threshold(0.5)
+    assert references.incline_acceleration(threshold - 1e-6, 0.5, 9.81) == 0.0
+    assert references.incline_acceleration(threshold + 1e-3, 0.5, 9.81) > 0.0
+    assert_allclose(references.incline_acceleration(np.pi / 2, 0.5, 9.81), 9.81)
+
+
 def test_a_pushed_mass_goes_as_far_as_its_equation_of_motion_says() -> None:
     for linear, quadratic in ((0.3, 0.9), (0.4, 0.0), (0.0, 1.2)):
         pushed = plate.Pushed(mass=0.28, force=1.9, linear=linear, quadratic=quadratic)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from tatamu.base.errors import InputError
 from tatamu.cli.program import run
@@ -14,10 +15,11 @@ from tests.fakes import subject
 from tests.physics import Subject, validate
 from tests.physics.__main__ import app
 from tests.physics.checks import CHECKS
-from tests.physics.findings import absolute, relative, small
+from tests.physics.findings import Row, absolute, relative, small
 from tests.physics.limits import LIMITS
 from tests.physics.page import page
 from tests.physics.report import select_cases
+from tests.physics.terminal import number, table
 
 
 def falls(scene: Scene, time: float, factor: float = 1.0) -> np.ndarray:
@@ -105,6 +107,16 @@ def test_every_limit_is_used_and_a_simulator_without_limits_is_not_judged() -> N
     assert report.judged == 0 and len(report.rows) == 2
 
 
+def test_table_shows_units_and_verdicts() -> None:
+    report = validate(subject(falls_too_far), ["fall"])
+    screen = Console(width=100)
+    with screen.capture() as capture:
+        screen.print(table(report.results[0]))
+    assert "height after 0.5 s [m]" in capture.get() and "FAIL" in capture.get()
+    assert [number(v) for v in (None, 0.0, 1.23456789, 1.5e-7)] == ["–", "0", "1.2346", "1.5000e-07"]
+    assert isinstance(report.rows[0], Row)
+
+
 EASY = ["fall", "momentum", "energy", "hang", "shear", "pull", "catenary", "clamp", "incline"]
 
 
@@ -120,3 +132,11 @@ def test_native_passes_quick_checks(name: str) -> None:
 def test_native_passes_whole_checks(name: str) -> None:
     report = validate(Subject.named("native"), [name])
     assert [row for row in report.rows if row.passed is False] == []
+
+
+def test_the_page_explains_a_distance_that_is_not_judged() -> None:
+    report = validate(subject(falls), ["symmetry"])
+    assert "draws of one fold" in page(report)
+    rows = [row for case in report.results[0].cases for row in case.rows]
+    assert [row.passed for row in rows] == [True, None] * 4
+    assert all("not judged" in row.note for row in rows[1::2])

@@ -47,10 +47,13 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
         ('model = "arm.urdf"', 'model = "gone.urdf"', "gone.urdf"),
         ('link = "turn_link"', 'link = "hand"', "no body"),
         ('"elbow"', '"knee"', "no joint"),
+        ("speed = [2.0, ", "speed = [", "speed must be as many"),
         ("initial = [0.0, -0.2, 1.9", "initial = [0.0, -0.2, 9.9", "must be from"),
+        ("front = 0.15", "fornt = 0.15", "fornt"),
         ('name = "pair"', 'name = "pair"\nbase = "foot"', "base must be"),
         ('name = "pair"', 'name = "pair"\ntable_heights = [0.2, -0.1]', "table_heights must be the lower"),
         ('"pan", "lift"', '"lift", "pan"', "larm.joints: must go from the base outwards: pan, lift, elbow"),
+        ('"pan", "lift"', '"pan", "pan"', "larm: joints must differ"),
         ('link = "turn_link"', 'link = "roll_link"', "larm.joints: bend does not move roll_link"),
     ],
 )

@@ -14,6 +14,7 @@ from tatamu.robots import RobotPlan, load, plan_fold
 from tatamu.robots.checks import Checks
 from tatamu.robots.folder import plan_file
 from tatamu.robots.jaw import GAP, Jaw
+from tatamu.robots.model import Robot
 from tatamu.robots.paths import Paths, tool_poses
 from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement, holds_of, tool_paths
 from tests.robots.folds import folder
@@ -173,6 +174,12 @@ def test_ways_to_hold_keep_to_the_jaws_limits() -> None:
             found = holds_of(narrow, fine)
             assert all(0.3 <= hold.tilt <= 0.6 and 0 <= inwards * hold.yaw <= 0.3 for hold in found)
             assert {hold.tilt for hold in holds_of(steep, fine)} == {1.2}, "none of the usual ones"
+
+
+def test_robots_have_fingers_that_start_open() -> None:
+    robot: Robot = load("hironx")
+    assert all(robot.rest[column] == pytest.approx(0.006) for column in robot.finger_columns.values())
+    assert robot.fingers == {f"{arm}_finger{k}" for arm in SIDES for k in (1, 2)}
 
 
 @pytest.mark.slow

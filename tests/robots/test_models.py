@@ -15,7 +15,7 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.description import files_of
 from tatamu.robots.modelfile import read_model
 from tatamu.robots.soundness import check_kinematics
-from tests.robots.arms import mjcf, pair, pair_of, urdf
+from tests.robots.arms import BOX, mjcf, pair, pair_of, urdf
 from tests.robots.folds import folder
 
 FINGERS = (
@@ -397,3 +397,8 @@ def test_what_a_model_says_of_drives_and_sensors_is_left_out(tmp_path: Path) -> 
     robot = of_mjcf(tmp_path, more=more)
     assert (robot.model.nu, robot.model.nsensor, robot.model.nkey) == (0, 0, 0)
     assert not robot.model.opt.disableflags
+
+
+def test_a_box_is_a_box(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(urdf(BOX))
+    assert size(tmp_path / "arm.urdf") == [0.025, 0.03, 0.03]

@@ -153,6 +153,11 @@ def test_fingers_close_before_the_cloth_moves_and_open_after(written: Written) -
     assert written.event("open") > written.plan["via_points"]["times"][-1]
 
 
+def test_the_picture_is_drawn(written: Written) -> None:
+    text = (written.out / "reach.svg").read_text()
+    assert text.startswith("<svg") and text.count("<rect") > 20
+
+
 def test_the_picture_of_a_given_place_is_whole_whatever_the_robot_is_called(fold: Path, tmp_path: Path) -> None:
     robot = replace(load("hironx"), name="R&D <1>")
     plan = plan_fold(fold, robot, place=(0.28, 0.01, 0.02), table_height=-0.06)

@@ -14,8 +14,8 @@ from tatamu.folding.manipulation import HANDS
 from tatamu.folding.task import make_task
 from tatamu.robots import load, plan_fold
 from tatamu.robots import save as save_plan
-from tatamu.robots.film import save_film
-from tatamu.robots.links import link_boxes
+from tatamu.robots.film import HEIGHT, WIDTH, framed, save_film
+from tatamu.robots.links import CORNERS, FACES, link_boxes
 from tatamu.robots.page import page
 from tatamu.robots.planned import Planned
 from tatamu.robots.refold import Refold, halvings_for, refold, rehearsed_scene
@@ -195,6 +195,11 @@ def test_boxes_of_the_links_go_where_the_tools_went(done: Rehearsal) -> None:
     assert faces.max() == points.shape[1] - 1
 
 
+def test_the_sides_of_a_box_face_outwards() -> None:
+    a, b, c = CORNERS[FACES].transpose(1, 0, 2)
+    assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a) > 0).all()
+
+
 def fine(spacing: float) -> Scene:
     """A square of a few cells, whose bending length is about 20 mm."""
     grid = np.array([[x, y, 0.0005] for y in range(3) for x in range(3)]) * [spacing, spacing, 1.0]
@@ -268,6 +273,7 @@ def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -
     ("name", "text", "field"),
     [
         ("plan.json", "{}", "version"),
+        ("plan.json", "[", "JSON"),
         ("joint_trajectory.csv", "time,a\n0,0\n", "header"),
         ("robot.xml", "<mujoco>", "robot.xml: .*XML"),
         ("robot.xml", ("larm_tool", "larm_t"), "robot.xml: .*larm_tool"),
@@ -289,10 +295,13 @@ def test_a_broken_plan_is_named(
     ("row", "column", "value", "named"),
     [
         (5, 3, "inf", "two rows of finite numbers"),
+        (5, 3, "nan", "two rows of finite numbers"),
         (5, 3, "fast", "a number in every field"),
         (5, 3, "1e300", "CHEST.*|HEAD.*: must be within 100 rad, given 1e"),
         (-1, 0, "1e9", "time: must increase from row to row, from 0 to at most 3600 s"),
+        (1, 0, "-1", "time: must increase from row to row, from 0"),
         (9, 0, "0", "time: must increase from row to row, from 0"),
+        (5, 3, "9" * 200_000, "must be a table of numbers"),
         (5, 3, "1,1", "a number in every field"),
     ],
 )
@@ -307,6 +316,17 @@ def test_a_table_that_is_none_of_a_robot_is_one_line(
     with pytest.raises(InputError, match=named) as error:
         Planned.load(tmp_path / "broken")
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", [1e308, "NaN", "far"])
+def test_a_place_that_is_none_is_one_line(plan_folder: Path, tmp_path: Path, value: float | str) -> None:
+    shutil.copytree(plan_folder, tmp_path / "broken")
+    path = tmp_path / "broken" / "plan.json"
+    plan = json.loads(path.read_text())
+    plan["task_in_base"]["yaw"] = float("nan") if value == "NaN" else value
+    path.write_text(json.dumps(plan))
+    with pytest.raises(InputError, match=r"task_in_base\.yaw"):
+        Planned.load(tmp_path / "broken")
 
 
 def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, tmp_path: Path) -> None:
@@ -326,3 +346,17 @@ def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(plan_folder: Path, 
     shutil.copytree(plan_folder, tmp_path / "plan")
     done = tatamu("rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film")
     assert done.returncode == 0 and "fold/scene.json does not exist" in done.stdout
+
+
+def test_the_camera_is_as_near_as_shows_everything() -> None:
+    points = np.random.default_rng(0).uniform([-1, -0.3, 0], [0.5, 2, 1], (50, 3))
+    middle, distance = framed(points, np.full(50, 0.05), (215.0, -28.0), 45.0)
+    a, e = np.radians([215.0, -28.0])
+    ahead = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    seen = points - (middle - distance * ahead)
+    depth = seen @ ahead
+    right = np.cross(ahead, [0, 0, 1]) / np.cos(e)
+    up = np.cross(right, ahead)
+    high = np.tan(np.radians(22.5))
+    share = (np.abs(seen @ np.array([right, up]).T) + 0.05) / depth[:, None] / [high * WIDTH / HEIGHT, high]
+    assert share.max() == pytest.approx(1.0)
