@@ -126,8 +126,8 @@ class Result:
     @property
     def failures(self) -> dict[str, np.ndarray]:
         """Where the cloth ends in one fold that fails by each cause [m], shape (n, 3)."""
-        kept = self.rollout.extra
-        return {name.removeprefix(FAILED): kept[name] for name in kept if name.startswith(FAILED)}
+        causes, kept = self.success.causes if self.success else (), self.rollout.extra
+        return {cause: kept[FAILED + cause] for cause in causes if FAILED + cause in kept}
 
     @property
     def moments(self) -> list[tuple[str, np.ndarray]]:
@@ -275,6 +275,7 @@ def _check_arrays(folder: ResultFolder) -> None:
         "positions": (rollout.positions, (len(times), count, 3)),
         "target": (folder.target, (count, 3)),
         **{name: (rollout.extra[name], (count,)) for name in MOMENTS if name in rollout.extra},
+        **{name: (ends, (count, 3)) for name, ends in rollout.extra.items() if name.startswith(FAILED)},
     }
     for name, (array, shape) in arrays.items():
         if array.shape != shape or not len(times):
