@@ -11,7 +11,7 @@ import typer
 from tatamu.base.errors import InputError
 from tatamu.base.size import parse_size
 from tatamu.cli.app import app
-from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
+from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,15 +68,10 @@ def locate(
     """
     from tatamu.base.files import check_targets, write_json
     from tatamu.cameras import pictures as look
-    from tatamu.cameras.board import PAPERS
     from tatamu.cameras.locate import locate as find
     from tatamu.cameras.mounting import parse_pose, parse_touched
 
-    scale = board if board is not None else sheet
-    if scale is None or (board is not None and sheet is not None):
-        raise InputError(f"board, sheet: exactly one must be given, given {0 if scale is None else 2}")
-    if sheet is not None and sheet not in PAPERS:
-        raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
+    scale = scale_of(board, sheet)
     pictures = {"picture": picture, "from-above": from_above}
     for option, path in pictures.items():
         if path is not None:

@@ -13,7 +13,7 @@ import typer
 from tatamu.base.errors import InputError
 from tatamu.cli.app import app
 from tatamu.cli.cluster import SchedulerOption
-from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption
+from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
     from tatamu.after.feedback import Feedback, MeasuredFold
@@ -167,15 +167,10 @@ def _from_photo(
     from tatamu.after.feedback.photo import read_photo
     from tatamu.base.files import check_targets
     from tatamu.cameras import pictures as look
-    from tatamu.cameras.board import PAPERS
     from tatamu.cameras.mounting import parse_pose
     from tatamu.cli.locate import parse_corners
 
-    scale = board if board is not None else sheet
-    if scale is None or (board is not None and sheet is not None):
-        raise InputError(f"board, sheet: exactly one must be given, given {0 if scale is None else 2}")
-    if sheet is not None and sheet not in PAPERS:
-        raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
+    scale = scale_of(board, sheet)
     if picture is not None:
         look.check_picture(picture, "picture")
         check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
