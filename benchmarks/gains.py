@@ -105,6 +105,18 @@ def load() -> float:
         return process_time() - begin
 
 
+def in_fresh_scenarios(task: Task, parameters: Mapping[str, int | float]) -> Success:
+    """Simulate a fold in scenarios that no search used."""
+    scenarios = sample_worlds(default_disturbances(), DRAWS, UNUSED_SEED, Stream.MARGINS)
+    with ThreadPoolExecutor(processors()) as workers:
+        return Success.of(task.fold, Draws(Subject(task, parameters), workers).outcomes(scenarios), Limits())
+
+
+def simulations_of(result: Result) -> int:
+    """Return how many simulations a search took."""
+    return len(result.trials) + sum(trial.scenarios.simulated for trial in result.trials if trial.scenarios)
+
+
 def measure(job: Job, out: Path) -> None:
     """Learn the fold and simulate it in fresh scenarios, unless its result is kept."""
     file = job.file(out)
@@ -112,25 +124,20 @@ def measure(job: Job, out: Path) -> None:
         return
     task = CASES[job.case].task()
     found: dict[str, Any] = {"case": job.case, "kind": job.kind, "seed": job.seed}
-    with ThreadPoolExecutor(processors()) as workers:
-        if job.kind == CURVE:
-            parameters = arched_inwards(task.fold)
-            score = Nominal(task)(parameters).score
-        else:
-            options = LearnOptions(seed=job.seed, disturbances="none" if job.kind == UNDISTURBED else "default")
-            before, begin, wall = load(), process_time(), perf_counter()
-            result = learn(make_task(CASES[job.case].garment, fold=CASES[job.case].fold), options)
-            seconds, wall = process_time() - begin, perf_counter() - wall
-            assert isinstance(result, Result), "these plans have one step"
-            parameters, score = result.best.parameters, result.best.score
-            one = 0.5 * (before + load())
-            simulated = [trial.scenarios.simulated for trial in result.trials if trial.scenarios is not None]
-            found |= {"loads": wall / one, "processor": seconds / one}
-            found["simulations"] = len(result.trials) + sum(simulated)
-            task = task if job.kind == LEARNED else replace(result.task, fingers=task.fingers)
-        draws = Draws(Subject(task, parameters), workers)
-        scenarios = sample_worlds(default_disturbances(), DRAWS, UNUSED_SEED, Stream.MARGINS)
-        success = Success.of(task.fold, draws.outcomes(scenarios), Limits())
+    if job.kind == CURVE:
+        parameters = arched_inwards(task.fold)
+        score = Nominal(task)(parameters).score
+    else:
+        options = LearnOptions(seed=job.seed, disturbances="none" if job.kind == UNDISTURBED else "default")
+        before, begin, wall = load(), process_time(), perf_counter()
+        result = learn(make_task(CASES[job.case].garment, fold=CASES[job.case].fold), options)
+        seconds, wall = process_time() - begin, perf_counter() - wall
+        assert isinstance(result, Result), "these plans have one step"
+        parameters, score = result.best.parameters, result.best.score
+        one = 0.5 * (before + load())
+        found |= {"loads": wall / one, "processor": seconds / one, "simulations": simulations_of(result)}
+        task = task if job.kind == LEARNED else replace(result.task, fingers=task.fingers)
+    success = in_fresh_scenarios(task, parameters)
     found |= {
         "path": task.manipulation(parameters).trajectory_length,
         "distance": None if score is None else score.mean_vertex_distance,

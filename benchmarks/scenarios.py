@@ -1,6 +1,6 @@
 """What the size of scenarios and the spacing of meshes change: two tables of docs/notes/margins.md.
 
-    python -m benchmarks.scenarios --out runs/scenarios [--seeds 1] [--draws 100] [--only levels] [--write-docs]
+    python -m benchmarks.scenarios --out runs/scenarios [--seeds 1] [--only levels] [--write-docs]
 
 A file of the folder keeps what each study found, and each verdict; to resume, repeat the command.
 """
@@ -16,15 +16,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from benchmarks.gains import CASES, UNUSED_SEED, ranged
+from benchmarks.gains import CASES, DRAWS, UNUSED_SEED, in_fresh_scenarios, ranged, simulations_of
 from benchmarks.tables import markdown, publish
 from tatamu.base.files import read_json, write_json
 from tatamu.evaluation.array import LEVEL
 from tatamu.evaluation.disturbances import Stream, World, default_disturbances, disturbed_scene, sample_worlds
-from tatamu.evaluation.draws import Draws, Subject
 from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.scenarios import Scenarios, array_scenarios
-from tatamu.evaluation.success import Success
 from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import Limits, score
 from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
@@ -48,36 +46,32 @@ class FoldOver(Scenarios):
         return [each for sign in (1, -1) for each in array_scenarios(self.disturbances, sign * self.level)]
 
 
-def study(case: str, level: float, folded_over: bool, seed: int, draws: int) -> dict[str, Any]:
+def study(case: str, level: float, folded_over: bool, seed: int) -> dict[str, Any]:
     """Learn a fold, and simulate it in fresh scenarios."""
     task, disturbances = CASES[case].task(), default_disturbances()
     options = LearnOptions(seed=seed, level=level, baselines=False)
     evaluator = FoldOver if folded_over else Scenarios
     result = learn(task, options, evaluate=evaluator(Nominal(task), disturbances, level))
     assert isinstance(result, Result), "this plan has one step"
-    scenarios = sample_worlds(disturbances, draws, UNUSED_SEED, Stream.MARGINS)
-    with ThreadPoolExecutor(processors()) as workers:
-        found = Draws(Subject(task, result.best.parameters), workers).outcomes(scenarios)
-    success = Success.of(task.fold, found, Limits())
-    simulated = [trial.scenarios.simulated for trial in result.trials if trial.scenarios is not None]
+    success = in_fresh_scenarios(task, result.best.parameters)
     path = result.record.best_score.trajectory_length
-    return {"path": path, "succeeded": success.succeeded, "simulations": len(result.trials) + sum(simulated)}
+    return {"path": path, "succeeded": success.succeeded, "simulations": simulations_of(result)}
 
 
-def levels(out: Path, seeds: int, draws: int) -> list[dict[str, str]]:
+def levels(out: Path, seeds: int) -> list[dict[str, str]]:
     """Return a row for each size of the scenarios."""
     table = []
     for case, level, folded_over in [*((*each, False) for each in STUDIES), ("towel", LEVEL, True)]:
         name = f"{level:.1f} deviations" + (", with the fold-over array" if folded_over else "")
         files = [out / f"{case}-{level:g}-{folded_over:d}-{seed}.json" for seed in range(seeds)]
-        found = [kept(file, partial(study, case, level, folded_over, seed, draws)) for seed, file in enumerate(files)]
+        found = [kept(file, partial(study, case, level, folded_over, seed)) for seed, file in enumerate(files)]
         table.append(
             {
                 "fold": CASES[case].name,
                 "scenarios": name,
                 "seeds": str(seeds),
                 "path [m]": ranged([each["path"] for each in found], 3),
-                f"succeeds, of {draws} simulations": ranged([each["succeeded"] for each in found], 0),
+                f"succeeds, of {DRAWS} simulations": ranged([each["succeeded"] for each in found], 0),
                 "simulations": ranged([each["simulations"] for each in found], 0),
             }
         )
@@ -133,13 +127,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--only", choices=["levels", "meshes"])
     parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     for name in [options.only] if options.only else ["meshes", "levels"]:
-        rows = levels(options.out, options.seeds, options.draws) if name == "levels" else meshes(options.out)
+        rows = levels(options.out, options.seeds) if name == "levels" else meshes(options.out)
         print(markdown(rows), flush=True)
         if options.write_docs:
             publish(f"scenarios: {name}", markdown(rows))
