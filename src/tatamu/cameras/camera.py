@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import shapely
 from scipy.optimize import OptimizeResult, least_squares
 
 from tatamu.base.errors import InputError
@@ -95,8 +96,7 @@ class Camera:
         """
         middle = self.on_table(outline, 0.5 * top)
         after, before = np.roll(middle, -SMOOTH, axis=0), np.roll(middle, SMOOTH, axis=0)
-        x, y = middle.T
-        outward = np.sign(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+        outward = 1.0 if shapely.is_ccw(shapely.LinearRing(middle)) else -1.0
         normals = outward * np.column_stack([(after - before)[:, 1], -(after - before)[:, 0]])
         nearer = self.eye[:2] - middle
         lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(nearer, axis=1)

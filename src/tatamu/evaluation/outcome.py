@@ -77,6 +77,7 @@ class Outcome:
 
 def _aligned_distance(points: np.ndarray, target: np.ndarray) -> float:
     """Return the mean distance between points, shape (n, 3), and their targets after the best shift and turn [m]."""
+    # points of the plane as complex numbers, which a factor turns
     off, goal = ((each - each.mean(axis=0))[:, :2] @ (1.0, 1.0j) for each in (points, target))
     turn = np.vdot(off, goal)
     flat = np.abs(off * turn / max(abs(turn), 1e-30) - goal)

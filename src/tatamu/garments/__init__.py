@@ -74,10 +74,10 @@ def make_garment(
     Raises:
         InputError: If the name, the file or another argument is wrong.
     """
-    named = isinstance(material, str | Path)
-    fabric = load_material(Path(material)) if isinstance(material, str | Path) else material
-    if size is None and isinstance(material, str | Path):
-        size = measured_size(Path(material), name)
+    file = None if isinstance(material, Material | None) else Path(material)
+    fabric = material if isinstance(material, Material | None) else load_material(Path(material))
+    if size is None and file is not None:
+        size = measured_size(file, name)
     if fabric is not None and not fabric.bending_rigidity > 0.0:
         raise InputError("material.bending_rigidity: must be above 0, given 0, because a fold has no size otherwise")
     if name in GARMENTS:
@@ -93,4 +93,4 @@ def make_garment(
         raise InputError(
             f"garment: must be one of {', '.join(GARMENTS)} or a file ({', '.join(SUFFIXES)}), given {name!r}"
         )
-    return replace(made, source=GarmentSource(name, size, spacing, scale, str(material) if named else None))
+    return replace(made, source=GarmentSource(name, size, spacing, scale, str(material) if file else None))
