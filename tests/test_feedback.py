@@ -430,7 +430,7 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
         (["--board", "b.toml"], "--photo: must be given, because --board"),
         (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without numbers as options"),
         (["--template", "f.toml", "--failed"], "--template: must be given without measured numbers"),
-        (["--photo", "a.jpg"], "board, sheet: must give one of them, given 0"),
+        (["--photo", "a.jpg"], "board, sheet: exactly one must be given, given 0"),
         (["--from", "nothing.toml"], "nothing.toml: cannot be read"),
         ([], "has no measured fold; run `tatamu observe "),
     ],
