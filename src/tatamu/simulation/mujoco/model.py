@@ -17,10 +17,8 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, among, areas
-from tatamu.simulation.mujoco.rigid import CONTACT, RIGID, rigid
+from tatamu.simulation.mujoco.controlled import CONTACT, RIGID, rigid
 from tatamu.simulation.scene import Scene, Table
-
-SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
 
 
 def engine() -> Any:
@@ -56,19 +54,20 @@ def compiled(scene: Scene) -> Any:
 
 
 def _document(scene: Scene) -> str:
-    parts = [
-        "<mujoco>",
-        f'<option gravity="0 0 {-scene.gravity!r}" integrator="discrete" solver="CG"',
-        ' cone="elliptic" impratio="10" tolerance="1e-4" iterations="200"/>',
-        '<size memory="1G"/><worldbody>',
-        "" if scene.table is None else _table(scene.table, scene.material),
-        *_bodies(scene),
-        *(rigid(number, body) for number, body in enumerate(scene.bodies)),
-        "</worldbody><deformable>",
-        _flex(scene),
-        "</deformable></mujoco>",
-    ]
-    return "".join(parts)
+    return "".join(
+        [
+            "<mujoco>",
+            f'<option gravity="0 0 {-scene.gravity!r}" integrator="discrete" solver="CG"',
+            ' cone="elliptic" impratio="10" tolerance="1e-4" iterations="200"/>',
+            '<size memory="1G"/><worldbody>',
+            "" if scene.table is None else _table(scene.table, scene.material),
+            *_bodies(scene),
+            *(rigid(number, body) for number, body in enumerate(scene.bodies)),
+            "</worldbody><deformable>",
+            _flex(scene),
+            "</deformable></mujoco>",
+        ]
+    )
 
 
 def _table(table: Table, material: Material) -> str:
@@ -80,12 +79,13 @@ def _table(table: Table, material: Material) -> str:
 
 
 def _bodies(scene: Scene) -> list[str]:
+    sliders = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     lines = []
     for number, (mass, (x, y, z)) in enumerate(zip(vertex_masses(scene), scene.cloth.rest.tolist(), strict=True)):
         inertia = " ".join([repr(float(mass) * 1e-6)] * 3)
         lines.append(
             f'<body name="v{number}" pos="{x!r} {y!r} {z!r}">'
-            f'<inertial pos="0 0 0" mass="{float(mass)!r}" diaginertia="{inertia}"/>{SLIDERS}</body>'
+            f'<inertial pos="0 0 0" mass="{float(mass)!r}" diaginertia="{inertia}"/>{sliders}</body>'
         )
     return lines
 

@@ -4,7 +4,6 @@ from tatamu.simulation.native.memory.kernel_cache import forget_stale_kernels
 
 forget_stale_kernels()  # must run before any kernel is loaded
 
-from tatamu.simulation.capabilities import Capabilities  # noqa: E402
 from tatamu.simulation.native.compiled import compilation  # noqa: E402
 from tatamu.simulation.native.led_bodies import BodyTarget  # noqa: E402
 from tatamu.simulation.native.options import (  # noqa: E402
@@ -20,6 +19,7 @@ from tatamu.simulation.native.simulation import Simulation  # noqa: E402
 from tatamu.simulation.native.simulator import load_kernels, simulate, simulate_many  # noqa: E402
 from tatamu.simulation.native.snapshot import SimulationState  # noqa: E402
 from tatamu.simulation.native.targets import HandTarget  # noqa: E402
+from tatamu.simulation.simulators import Capabilities  # noqa: E402
 
 CAPABILITIES = Capabilities(
     parallel=True,
