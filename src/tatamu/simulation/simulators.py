@@ -69,23 +69,18 @@ class Simulator(Protocol):
 
     def require(self) -> None:
         """Raise InputError if a program that the simulator needs is not installed."""
-        ...
 
     def prepare(self) -> None:
         """Compile functions, and do everything else for which the first rollout would have to wait."""
-        ...
 
     def compilation(self) -> tuple[int, int]:
         """Return the number of functions compiled on disk, 0 if this process had to compile none, and of all needed."""
-        ...
 
     def simulate(self, scene: Scene) -> Rollout:
         """Simulate one scene, or raise SimulationError if the rollout exceeds a limit of the model."""
-        ...
 
     def simulate_many(self, scenes: Sequence[Scene]) -> list[Rollout]:
         """Simulate several scenes, with the same positions as if each were simulated alone."""
-        ...
 
 
 SIMULATORS: dict[str, str | Simulator] = {

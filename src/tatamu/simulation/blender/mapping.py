@@ -85,7 +85,7 @@ def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
     vertex_mass = material.areal_density * springs.area / count
     per_newton = 1e-3 * mapping.settings["mass"] / vertex_mass
     spring = material.stretch_stiffness / springs.moduli.mean()
-    tension = spring * per_newton * springs.mean_length * mapping.scale
+    tension = spring * per_newton * float(springs.lengths.mean()) * mapping.scale
     bending = material.bending_rigidity / springs.rigidities.mean() if len(springs.topology.hinges) else 0.0
     bending *= per_newton
     lighter = min(1.0, STIFFNESS[1] / max(tension, bending, 1e-30))

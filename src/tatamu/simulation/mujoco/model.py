@@ -47,7 +47,10 @@ def compiled(scene: Scene) -> Any:
         model = mujoco.MjModel.from_xml_string(_document(scene))
     except ValueError as error:
         raise InputError(f"mujoco: {' '.join(str(error).split())}") from None
-    _free_seams(model, scene)
+    if len(scene.cloth.seams) and model.flex_bending.size:  # seams do not resist bending
+        edges = np.sort(model.flex_edge, axis=1)
+        assert np.array_equal(np.unique(edges, axis=0), Topology(scene.cloth.faces).edges)
+        model.flex_bending.reshape(len(edges), -1)[among(edges, scene.cloth.seams)] = 0.0
     drag = scene.material.air_drag / scene.material.areal_density * vertex_masses(scene)
     model.dof_damping[: 3 * len(drag)] = np.repeat(drag, 3)
     return model
@@ -104,12 +107,3 @@ def _flex(scene: Scene) -> str:
         f' thickness="{thickness!r}" elastic2d="{"both" if bends else "stretch"}"/>'
         f'<contact {meets} selfcollide="auto" condim="3" friction="{material.friction_cloth!r} 0 0" {CONTACT}/></flex>'
     )
-
-
-def _free_seams(model: Any, scene: Scene) -> None:
-    """Set the bending stiffness of seam edges to zero."""
-    if not len(scene.cloth.seams) or not model.flex_bending.size:
-        return
-    edges = np.sort(model.flex_edge, axis=1)
-    assert np.array_equal(np.unique(edges, axis=0), Topology(scene.cloth.faces).edges)
-    model.flex_bending.reshape(len(edges), -1)[among(edges, scene.cloth.seams)] = 0.0
