@@ -8,9 +8,9 @@ import numpy as np
 
 from tatamu.base.errors import SimulationError
 from tatamu.simulation import native
-from tatamu.simulation.capabilities import Capabilities
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import Capabilities
 
 CAPABILITIES = Capabilities()
 SHIFT = np.zeros(3)

@@ -11,9 +11,9 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import validated
 from tatamu.show.solids import moving, solid, together
 from tatamu.simulation.body import Body, rotation, slerp
-from tatamu.simulation.capabilities import Capabilities
 from tatamu.simulation.clearance import deepest, distances
 from tatamu.simulation.scene import Scene
+from tatamu.simulation.simulators import Capabilities
 
 BOX = {"shape": "box", "size": [0.02, 0.01, 0.004], "positions": [[0, 0, 0.1]]}
 CLOTH = {"vertices": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0]], "faces": [[0, 1, 2]]}

@@ -16,8 +16,8 @@ from tatamu.calibration.page import page, shown
 from tatamu.calibration.push import Push
 from tatamu.calibration.setup import setup_of
 from tatamu.simulation.blender.mapping import mapped
-from tatamu.simulation.capabilities import Capabilities
 from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.simulators import Capabilities
 
 CLOTH = Material(
     areal_density=0.2, stretch_stiffness=140.0, bending_rigidity=5e-5, friction_table=0.7, compression=0.15

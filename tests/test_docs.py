@@ -17,8 +17,7 @@ from studies.real_cloth.__main__ import app as real_cloth
 
 import tatamu
 from tatamu.cli.app import app
-from tatamu.simulation.capabilities import Capabilities
-from tatamu.simulation.simulators import SIMULATORS, capabilities
+from tatamu.simulation.simulators import SIMULATORS, Capabilities, capabilities
 from tests import rooms
 from tests.physics.__main__ import app as physics
 from tests.test_structure import ORDER, SOURCE

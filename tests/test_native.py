@@ -16,7 +16,7 @@ from tatamu import Cloth, Scene, SimulationError, Table, simulate, simulate_many
 from tatamu.base.errors import SceneError
 from tatamu.simulation import native
 from tatamu.simulation.mesh.topology import areas, lumped
-from tatamu.simulation.native import LimitOptions, Options, StepOptions, precompile, simulation, simulator
+from tatamu.simulation.native import LimitOptions, Options, StepOptions, precompile, simulation
 from tests.physics.checks.refinement import TOWEL, score
 from tests.physics.manipulations import EDGE, RandomFold
 from tests.physics.manipulations import scene_of as folded
@@ -156,7 +156,7 @@ def test_loading_kernels_counts_as_setup_not_as_part_of_the_rollout(monkeypatch:
         now[0] += 100.0
         return precompile.load(*given)
 
-    monkeypatch.setattr(simulator, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(native, "perf_counter", lambda: now[0])
     monkeypatch.setattr(simulation, "load", load)
     info = simulate(scene(duration=0.1)).info
     assert (info["setup_seconds"], info["wall_seconds"]) == (100.0, 0.0)
@@ -167,7 +167,7 @@ import sys
 import numpy as np
 from numba.core.dispatcher import Dispatcher
 from tatamu import simulate
-from tatamu.simulation.native.simulator import load_kernels
+from tatamu.simulation.native import prepare
 from tests.scenes import held, scene
 
 def loaded():
@@ -175,7 +175,7 @@ def loaded():
     kernels = [kernel for module in modules for kernel in vars(module).values() if isinstance(kernel, Dispatcher)]
     return {kernel for kernel in kernels if kernel.overloads}
 
-load_kernels()
+prepare()
 before = loaded()
 simulate(scene(grippers=[held(np.array([0, 1]), opens=0.1)], duration=0.2))
 print(len(before), *(kernel.py_func.__name__ for kernel in loaded() - before))

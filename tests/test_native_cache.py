@@ -11,15 +11,13 @@ import pytest
 from numba import njit, typeof, types
 
 import tatamu.simulation.native
-from tatamu.simulation.native import among_bodies, compiled, precompile
+from tatamu.simulation.native import among_bodies, compiled, precompile, prepare
 from tatamu.simulation.native.addresses import Addresses
-from tatamu.simulation.native.compiled import compilation, expect, types_taken
+from tatamu.simulation.native.compiled import NATIVE, compilation, expect, forget_stale_kernels, types_taken
 from tatamu.simulation.native.contact import broad_phase
 from tatamu.simulation.native.kernels import Features, arguments, kernels
-from tatamu.simulation.native.memory.kernel_cache import NATIVE, forget_stale_kernels
 from tatamu.simulation.native.precompile import compile_beside, smallest_scene
 from tatamu.simulation.native.simulation import Simulation
-from tatamu.simulation.native.simulator import load_kernels
 from tatamu.simulation.native.step import advance
 from tatamu.simulation.native.system import Span
 
@@ -102,14 +100,14 @@ def test_a_scene_needs_the_kernels_of_its_features_alone(feature: str | None) ->
 
 
 def test_there_is_no_second_process_where_kernels_are_on_disk(monkeypatch: pytest.MonkeyPatch) -> None:
-    load_kernels()
+    prepare()
     monkeypatch.setattr(precompile, "_loaded", set())
     monkeypatch.setattr(subprocess, "Popen", None)
-    load_kernels()
+    prepare()
 
 
 def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    load_kernels()
+    prepare()
     monkeypatch.setattr(precompile, "COMMAND", "raise SystemExit(1)")
     monkeypatch.setattr(precompile, "processors", lambda: 2)
     monkeypatch.setattr(precompile, "is_on_disk", lambda kernel: False)
@@ -122,7 +120,7 @@ def test_a_second_process_that_fails_is_made_up_for_here(monkeypatch: pytest.Mon
             begun.append(self)
 
     monkeypatch.setattr(subprocess, "Popen", Noted)
-    load_kernels()
+    prepare()
     assert len(begun) == 1 and begun[0].returncode is not None
 
 
@@ -142,7 +140,7 @@ def test_the_share_of_another_process_is_all_kernels_in_another_order(monkeypatc
 def test_what_is_told_of_compiling_counts_what_is_on_disk_and_only_where_this_process_compiles(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    load_kernels()
+    prepare()
     needed = [advance, *kernels(Features(False, False, False, False)).values()]
     expect([fake(each, misses=1) for each in needed])
     done, total = compilation()

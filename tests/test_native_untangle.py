@@ -11,12 +11,11 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.crossings import crossing_pairs, crossings
-from tatamu.simulation.native import simulation
+from tatamu.simulation.native import prepare, simulation
 from tatamu.simulation.native.contact.state import ContactMesh
 from tatamu.simulation.native.contact.untangle import crossing_pairs_after, smallest_height, untangle
 from tatamu.simulation.native.model import model_of
 from tatamu.simulation.native.options import Options, UntangleOptions
-from tatamu.simulation.native.simulator import load_kernels
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 from tatamu.simulation.simulators import simulate
 from tests.scenes import sheet
@@ -128,7 +127,7 @@ def test_layers_that_begin_within_one_another_come_apart_before_the_first_step()
 
 def test_what_stays_tangled_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     tries: list[int] = []
-    load_kernels()  # has a hand that opens, too
+    prepare()  # has a hand that opens, too
 
     def stuck(
         x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions
@@ -149,7 +148,7 @@ def test_what_stays_tangled_is_tried_again(monkeypatch: pytest.MonkeyPatch) -> N
 def test_what_came_apart_is_looked_at_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """It may snap back within a few steps: a crumple that had come apart at 0.74 s was tangled at 0.75 s."""
     found: list[bool] = []
-    load_kernels()
+    prepare()
 
     def apart(
         x: np.ndarray, mesh: ContactMesh, lengths: np.ndarray, options: UntangleOptions

@@ -19,8 +19,7 @@ from tatamu.cli.program import run as run_program
 from tatamu.folding.baselines import li_2015
 from tatamu.folding.score import score
 from tatamu.folding.trial_scene import scene_of
-from tatamu.simulation.blender.quads import joined
-from tatamu.simulation.blender.recipe import written
+from tatamu.simulation.blender.recipe import joined, written
 from tatamu.simulation.material import PRESETS, load_material
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout

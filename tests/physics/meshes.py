@@ -11,7 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.simulation.mesh.meshing import SLIVER, delaunay, twice_areas
+from tatamu.simulation.mesh.meshing import SLIVER, delaunay
+from tatamu.simulation.mesh.topology import twice_areas
 
 Mesh = tuple[np.ndarray, np.ndarray]
 Layout = Callable[[float, float, float], Mesh]

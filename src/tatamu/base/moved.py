@@ -14,7 +14,7 @@ from types import ModuleType
 MOVED = {
     **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "locks", "records", "size", "version"), "base"),
     **dict.fromkeys(("body", "clearance", "heavy_strip", "material", "presets", "rollout", "scene"), "simulation"),
-    **dict.fromkeys(("settling", "simulators"), "simulation"),
+    "simulators": "simulation",
     **dict.fromkeys(("crossings", "meshing", "subdivision", "topology", "zbuffer"), "simulation.mesh"),
     "dataset": "policies",
     "disturbances": "evaluation",
@@ -35,7 +35,9 @@ RENAMED = {
     "photographs": "cameras",
     "photographs.look": "cameras.pictures",
     "presentation": "show",
-    **{f"simulators.{name}": f"simulation.{name}" for name in ("blender", "capabilities", "mujoco", "native")},
+    "settling": "simulation.material",
+    "simulators.capabilities": "simulation.simulators",
+    **{f"simulators.{name}": f"simulation.{name}" for name in ("blender", "mujoco", "native")},
 }
 """Former name to the present one."""
 

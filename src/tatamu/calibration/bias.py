@@ -25,12 +25,11 @@ from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEn
 from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
-from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.simulation.settling import settling
 
 COLUMNS = 6
 """Number of mesh cells across the simulated strip."""

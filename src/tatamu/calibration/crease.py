@@ -22,11 +22,10 @@ from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.readings import Angles, Errors, Length, Reading, TestEntry, uncertainty
 from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
 from tatamu.show.drawing import Drawing
-from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.simulation.settling import settling
 
 ARM = 0.03
 """Radius of the arc as which the remaining angle is read [m], because the readings of elastic tests are lengths."""

@@ -22,11 +22,10 @@ from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Targe
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
-from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
-from tatamu.simulation.settling import settling
 
 RELAXATIONS = 14.0
 """Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-]."""

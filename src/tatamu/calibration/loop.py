@@ -22,11 +22,10 @@ from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
 from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
 from tatamu.show.drawing import Drawing
-from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-from tatamu.simulation.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`tests/physics/chain.py`)."""

@@ -28,11 +28,10 @@ from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
 from tatamu.simulation.heavy_strip.cantilever import slowest_frequency, tip
-from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.simulation.settling import settling
 
 CELLS = 12
 """Number of mesh rows in front of the grip."""

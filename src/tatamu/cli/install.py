@@ -18,6 +18,6 @@ def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to in
     """
     if what != "blender":
         raise InputError(f"WHAT: must be blender, given {what!r}")
-    from tatamu.simulation.blender.install import install as make
+    from tatamu.simulation.blender.discovery import install as make
 
     print(f"blender: {make()}")

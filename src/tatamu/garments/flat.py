@@ -15,8 +15,7 @@ from tatamu.garments.outline import Outline
 from tatamu.garments.outline_sides import named_sides
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.meshing import twice_areas
-from tatamu.simulation.mesh.topology import Topology, edge_lengths
+from tatamu.simulation.mesh.topology import Topology, edge_lengths, twice_areas
 
 UNLIKE = 0.02
 """Largest area by which the outlines of a garment's front and back may differ, as a fraction of the garment's area."""

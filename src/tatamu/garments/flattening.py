@@ -17,8 +17,7 @@ from scipy.sparse.linalg import splu
 
 from tatamu.base.errors import InputError
 from tatamu.garments.meshfile import border_loops, fold_edges, pieces
-from tatamu.simulation.mesh.meshing import twice_areas
-from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.mesh.topology import Topology, twice_areas
 
 
 @dataclass(frozen=True)

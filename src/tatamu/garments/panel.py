@@ -17,8 +17,8 @@ from scipy import sparse
 from tatamu.base.errors import InputError
 from tatamu.garments.outline import Outline, resampled
 from tatamu.garments.resolution import MAX_VERTICES
-from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay, twice_areas
-from tatamu.simulation.mesh.topology import Topology, edge_lengths
+from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay
+from tatamu.simulation.mesh.topology import Topology, edge_lengths, twice_areas
 
 RELAXED = 1.7
 """Maximum distance from the outline at which lattice points are moved [spacings]."""

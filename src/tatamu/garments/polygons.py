@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from tatamu.simulation.mesh.meshing import twice_areas
+from tatamu.simulation.mesh.topology import twice_areas
 
 MAX_CORNERS = 2_000
 

@@ -41,11 +41,17 @@ def _quaternions(value: Any) -> np.ndarray:
     return array
 
 
-def _plain(array: np.ndarray) -> list[Any]:
-    return array.tolist()
+def check_knots(times: list[float], **rows: np.ndarray | None) -> None:
+    """Raise ValueError unless the times of knots increase, and each of the other fields has a row for each knot."""
+    for earlier, later in pairwise(times):
+        if not later > earlier:
+            raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
+    for field, values in rows.items():
+        if values is not None and len(values) != len(times):
+            raise ValueError(f"{field} must be one for each of {len(times)} times, given {len(values)}")
 
 
-Quaternions = Annotated[np.ndarray, BeforeValidator(_quaternions), PlainSerializer(_plain)]
+Quaternions = Annotated[np.ndarray, BeforeValidator(_quaternions), PlainSerializer(lambda array: array.tolist())]
 """Unit quaternions (w, x, y, z), shape (k, 4)."""
 Size = Annotated[float, Field(ge=1e-5, le=MAX_COORDINATE, strict=False)]
 
@@ -76,21 +82,14 @@ class Body(Record):
     def _check(self) -> Self:
         if len(self.size) != SIZES[self.shape]:
             raise ValueError(f"size must have {SIZES[self.shape]} numbers for a {self.shape}, given {len(self.size)}")
-        for earlier, later in pairwise(self.times):
-            if not later > earlier:
-                raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
-        for field in ("positions", "orientations"):
-            rows = getattr(self, field)
-            if rows is not None and len(rows) != len(self.times):
-                raise ValueError(f"{field} must be one for each of {len(self.times)} times, given {len(rows)}")
+        check_knots(self.times, positions=self.positions, orientations=self.orientations)
         return self
 
     @property
     def core(self) -> np.ndarray:
         """Half sizes h of the core [m], shape (3,)."""
-        if self.shape == "box":
-            return np.array(self.size)
-        return np.array([0.0, 0.0, self.size[1] if self.shape == "capsule" else 0.0])
+        segment = [0.0, 0.0, self.size[1] if self.shape == "capsule" else 0.0]
+        return np.array(self.size if self.shape == "box" else segment)
 
     @property
     def radius(self) -> float:

@@ -5,14 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
@@ -202,6 +195,15 @@ class Material(BaseModel):
     def bending_length(self) -> float:
         """Length l_b = (B / (rho g))^(1/3) over which cloth bends under its own weight [m]."""
         return (self.bending_rigidity / (self.areal_density * GRAVITY)) ** (1.0 / 3.0)
+
+
+def settling(material: Material, rate: float) -> Material:
+    """Return the material with air drag that critically damps motions of the angular frequency `rate` [rad/s].
+
+    Cloth then soon comes to rest, in the same final shape.
+    """
+    most = 1e3  # the maximum air drag of a material [N s/m^3]
+    return material.model_copy(update={"air_drag": min(2.0 * rate * material.areal_density, most)})
 
 
 def preset_names() -> list[str]:

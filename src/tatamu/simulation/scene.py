@@ -15,7 +15,7 @@ from tatamu.base.arrays import Points as Points
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_json, validated, write_text
 from tatamu.base.records import Record
-from tatamu.simulation.body import Body
+from tatamu.simulation.body import Body, check_knots
 from tatamu.simulation.clearance import deepest
 from tatamu.simulation.material import GRAVITY, Material, Number
 from tatamu.simulation.mesh.topology import check_mesh
@@ -25,8 +25,6 @@ MIN_IN_PLANE = 1e-3
 
 MAX_VERTICES = 150_000
 """Maximum number of vertices, which take ten seconds to prepare; garments have about 2,000."""
-SAME_TIME = 1e-9
-"""Maximum difference of equal times [s], because sums of time steps have rounding errors."""
 
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
@@ -111,25 +109,18 @@ class Gripper(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        sorted_vertices = sorted(self.vertices)
-        twice = next((one for one, other in pairwise(sorted_vertices) if one == other), None)
+        twice = next((one for one, other in pairwise(sorted(self.vertices)) if one == other), None)
         if twice is not None:
             raise ValueError(f"vertices must be different from one another, given {twice} twice")
         if self.opens is not None and not self.opens > self.closes:
             raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
-        for earlier, later in pairwise(self.times):
-            if not later > earlier:
-                raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
-        if len(self.times) != len(self.displacements):
-            raise ValueError(
-                f"displacements must be one for each of {len(self.times)} times, given {len(self.displacements)}"
-            )
+        check_knots(self.times, displacements=self.displacements)
         return self
 
     def path(self, times: np.ndarray) -> np.ndarray:
         """Return the displacements at k times [s], in metres, shape (k, 3); zero before the first knot."""
         path = np.column_stack([np.interp(times, self.times, column) for column in self.displacements.T])
-        path[times < self.times[0] - SAME_TIME] = 0.0
+        path[times < self.times[0] - 1e-9] = 0.0  # sums of time steps have rounding errors
         return path
 
     def displacement(self, time: float) -> np.ndarray:

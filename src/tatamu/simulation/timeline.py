@@ -7,10 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tatamu.simulation.scene import Gripper, Scene
-
-SAME = 1e-7
-"""Maximum difference of equal times [s]."""
+from tatamu.simulation.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -29,28 +26,19 @@ class Segment:
         return self.end - self.start
 
 
-def holds(gripper: Gripper, start: float, end: float) -> bool:
-    """Return whether a gripper is closed from `start` to `end`, between which it must not open or close."""
-    middle = 0.5 * (start + end)
-    return gripper.closes <= middle and (gripper.opens is None or middle < gripper.opens)
-
-
 def segments(scene: Scene, longest: float) -> list[Segment]:
     """Divide the time of a scene at each frame, opening and closing, and into segments of at most `longest` [s]."""
     frames = np.arange(scene.frames) / scene.frame_rate
     events = [time for gripper in scene.grippers for time in (gripper.closes, gripper.opens) if time is not None]
     instants = [(float(time), True) for time in frames]
     for event in sorted(set(events)):
-        if 0.0 < event < frames[-1] and np.abs(frames - event).min() > SAME:
+        if 0.0 < event < frames[-1] and np.abs(frames - event).min() > 1e-7:  # otherwise the times are equal
             instants.append((event, False))
-    instants = sorted(instants)
-    return [
-        piece for (start, _), (end, frame) in pairwise(instants) for piece in _cut(scene, start, end, frame, longest)
-    ]
-
-
-def _cut(scene: Scene, start: float, end: float, frame: bool, longest: float) -> list[Segment]:
-    held = tuple(holds(gripper, start, end) for gripper in scene.grippers)
-    pieces = max(1, int(np.ceil((end - start) / longest - 1e-6)))
-    bounds = [start + (end - start) * k / pieces for k in range(pieces)] + [end]
-    return [Segment(a, b, frame and number == pieces - 1, held) for number, (a, b) in enumerate(pairwise(bounds))]
+    found = []
+    for (start, _), (end, frame) in pairwise(sorted(instants)):
+        middle = 0.5 * (start + end)
+        held = tuple(each.closes <= middle and (each.opens is None or middle < each.opens) for each in scene.grippers)
+        pieces = max(1, int(np.ceil((end - start) / longest - 1e-6)))
+        bounds = [start + (end - start) * k / pieces for k in range(pieces)] + [end]
+        found += [Segment(a, b, frame and b == end, held) for a, b in pairwise(bounds)]
+    return found

@@ -10,9 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.simulation.material import GRAVITY, Material
+from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-from tatamu.simulation.settling import settling
 from tests.physics.check import Case, Check
 from tests.physics.findings import Curve, Figure, Findings, relative, small
 from tests.physics.meshes import LAYOUTS, right

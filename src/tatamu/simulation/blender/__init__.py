@@ -16,10 +16,10 @@ from tatamu.simulation.blender import discovery
 from tatamu.simulation.blender.mapping import MAX_FRICTION, SELF_FRICTION, TABLE_FRICTION
 from tatamu.simulation.blender.process import WORKERS
 from tatamu.simulation.blender.recipe import written
-from tatamu.simulation.capabilities import Capabilities
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.side_by_side import side_by_side
+from tatamu.simulation.simulators import Capabilities
 
 CAPABILITIES = Capabilities(
     parallel=True,
@@ -50,7 +50,11 @@ def simulate(scene: Scene) -> Rollout:
     CAPABILITIES.refuse(scene, "blender")
     recipe = written(scene)
     answer, numbers, version = WORKERS.run(recipe.request)
-    positions = _positions(scene, recipe.in_scene(numbers.reshape(-1, len(scene.cloth.vertices), 3)))
+    moved = recipe.in_scene(numbers.reshape(-1, len(scene.cloth.vertices), 3))
+    if not np.isfinite(moved).all():
+        frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
+        raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")
+    positions = np.concatenate([scene.cloth.vertices[None], moved])
     wall = answer["wall_seconds"]
     lacking = [] if scene.material.blender else CAPABILITIES.lacking(scene.material)
     info = {
@@ -62,14 +66,6 @@ def simulate(scene: Scene) -> Rollout:
         "warnings": [*recipe.warnings, *(f"blender: {line}" for line in lacking)],
     }
     return Rollout(np.arange(scene.frames) / scene.frame_rate, positions, scene.cloth.faces, info)
-
-
-def _positions(scene: Scene, moved: np.ndarray) -> np.ndarray:
-    """Return the positions in all frames [m], shape (f, n, 3), from those after the first frame."""
-    if not np.isfinite(moved).all():
-        frame = 1 + int(np.argmin(np.isfinite(moved).all(axis=(1, 2))))
-        raise SimulationError(f"blender: positions are no longer finite after {frame / scene.frame_rate:.3g} s")
-    return np.concatenate([scene.cloth.vertices[None], moved])
 
 
 def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:

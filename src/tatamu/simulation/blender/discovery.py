@@ -1,9 +1,13 @@
-"""Where Blender is: TATAMU_BLENDER, or the environment of `tatamu install blender`, or the search path."""
+"""Where Blender is: TATAMU_BLENDER, or the environment of `tatamu install blender`, or the search path.
+
+This command installs Blender as a Python module in a separate virtual environment.
+"""
 
 from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -13,27 +17,17 @@ VARIABLE = "TATAMU_BLENDER"
 """Environment variable with the path of a Blender executable, or of a Python that can import `bpy`."""
 VERSION = "5.0.1"
 """Version that `tatamu install blender` installs, with which docs/notes/simulators.md was measured."""
-HELP = (
-    f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
-    f"or set {VARIABLE} to a Blender executable or a Python that has bpy"
-)
-WORKER = Path(__file__).with_name("worker.py")
 
 
-def cache_folder() -> Path:
-    """Return tatamu's folder in the user's cache."""
+def environment_folder() -> Path:
+    """Return the path of the virtual environment that `tatamu install blender` makes, in the user's cache."""
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
     elif sys.platform == "darwin":
         base = Path.home() / "Library" / "Caches"
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "tatamu"
-
-
-def environment_folder() -> Path:
-    """Return the path of the virtual environment that `tatamu install blender` makes."""
-    return cache_folder() / f"blender-{VERSION}"
+    return base / "tatamu" / f"blender-{VERSION}"
 
 
 def python_of(folder: Path) -> Path:
@@ -45,28 +39,28 @@ def command() -> list[str]:
     """Return the command line that starts a worker, or raise InputError if no Blender is found."""
     named = os.environ.get(VARIABLE)
     if named:
-        return started_by(_named(named))
+        program = shutil.which(os.path.expanduser(named))
+        if program is None:
+            raise InputError(f"{VARIABLE}: must name a Blender executable or a Python that has bpy, given {named!r}")
+        return started_by(program)
     installed = python_of(environment_folder())
     if installed.exists():
         return started_by(str(installed))
     found = shutil.which("blender")
     if found is None:
-        raise InputError(HELP)
+        raise InputError(
+            f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
+            f"or set {VARIABLE} to a Blender executable or a Python that has bpy"
+        )
     return started_by(found)
-
-
-def _named(name: str) -> str:
-    program = shutil.which(os.path.expanduser(name))
-    if program is None:
-        raise InputError(f"{VARIABLE}: must name a Blender executable or a Python that has bpy, given {name!r}")
-    return program
 
 
 def started_by(program: str) -> list[str]:
     """Return the command line that starts a worker: by Blender, or by a Python, called `python..` or `pypy..`."""
+    worker = str(Path(__file__).with_name("worker.py"))
     if Path(program).name.lower().startswith(("python", "pypy")):
-        return [program, str(WORKER)]
-    return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", str(WORKER)]
+        return [program, worker]
+    return [program, "--background", "--factory-startup", "--python-exit-code", "3", "--python", worker]
 
 
 def available() -> bool:
@@ -76,3 +70,43 @@ def available() -> bool:
     except InputError:
         return False
     return True
+
+
+def install(folder: Path | None = None) -> Path:
+    """Return the Python of a virtual environment that can import Blender; if it cannot, make the environment anew."""
+    folder = folder or environment_folder()
+    python = python_of(folder)
+    if _works(python):
+        return python
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    _run([_base_python(), "-m", "venv", str(folder)], "cannot make a virtual environment")
+    packages = (f"bpy=={VERSION}", "numpy<2")
+    _run([str(python), "-m", "pip", "install", "--quiet", *packages], "cannot install bpy")
+    if not _works(python):
+        raise InputError(f"install blender: {python} cannot import bpy; Blender's system libraries may be missing")
+    return python
+
+
+def _works(python: Path) -> bool:
+    return python.exists() and subprocess.run([str(python), "-c", "import bpy"], capture_output=True).returncode == 0
+
+
+def _base_python() -> str:
+    """Return the only version of Python for which this version of Blender is available as a wheel."""
+    if sys.version_info[:2] == (3, 11):
+        return sys.executable
+    found = shutil.which("python3.11")
+    if found is None:
+        raise InputError(
+            f"install blender: bpy {VERSION} needs Python 3.11, which is not on the search path; install this "
+            "Python, or install Blender itself (3.4 or later)"
+        )
+    return found
+
+
+def _run(command: list[str], failure: str) -> None:
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        lines = (done.stderr or done.stdout).strip().splitlines()
+        raise InputError(f"install blender: {failure} ({lines[-1] if lines else f'exit code {done.returncode}'})")

@@ -32,17 +32,8 @@ TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 """Blender's numbers for a friction coefficient of 1, on the table and between layers (measured)."""
 MAX_FRICTION = RANGES["self_friction"][1]
 """Maximum friction number that Blender accepts."""
-COLLISION_LOOPS = 12
-"""Corrections of contacts in each substep. With fewer, friction is not proportional to the load: with 4, a sheet under
-another one slides on a table that is tilted by 21 degrees instead of 39 (measured)."""
 MAX_STEP = 1.0 / 300.0
 """Maximum substep [s], in which cloth with a speed of 1 m/s moves 3.3 mm."""
-STABLE = 1.4
-"""Maximum product of a substep and the largest angular frequency of bending [-]; at 2, bending is unstable."""
-BENDING_DAMPING = 5e-4
-"""Ratio of bending damping to bending stiffness [Blender's time]; without it, a hanging strip oscillates by 1 mm."""
-DAMPING_RATIO = 0.1
-"""Damping of a single spring, as a fraction of critical damping."""
 
 
 @dataclass
@@ -94,31 +85,27 @@ def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
     vertex_mass = material.areal_density * springs.area / count
     per_newton = 1e-3 * mapping.settings["mass"] / vertex_mass
     spring = material.stretch_stiffness / springs.moduli.mean()
-    tension = spring * per_newton * springs.mean_length * mapping.scale
+    tension = spring * per_newton * float(springs.lengths.mean()) * mapping.scale
     bending = material.bending_rigidity / springs.rigidities.mean() if len(springs.topology.hinges) else 0.0
     bending *= per_newton
     lighter = min(1.0, STIFFNESS[1] / max(tension, bending, 1e-30))
     mass = mapping.settings["mass"] * lighter
-    damping = 2.0 * DAMPING_RATIO * np.sqrt(spring * per_newton * lighter * mass)
+    damping = 2.0 * 0.1 * np.sqrt(spring * per_newton * lighter * mass)  # a tenth of critical, for a single spring
+    spring_stiffness = tension * lighter
+    stiffness = {
+        "tension": spring_stiffness,
+        "compression": spring_stiffness * material.compression,
+        "shear": spring_stiffness,
+        "bending": bending * lighter,
+    }
     mapping.settings |= {
         "mass": mass,
         "bending_model": "ANGULAR",
-        "bending_damping": BENDING_DAMPING * bending * lighter,
-        **_each("{}_stiffness", tension * lighter),
-        **_pair("compression_stiffness", tension * lighter * material.compression),
-        **_each("{}_damping", min(50.0, float(damping))),
-        **_pair("bending_stiffness", bending * lighter),
+        "bending_damping": 5e-4 * bending * lighter,  # without it, a hanging strip oscillates by 1 mm
+        **{f"{kind}_stiffness{end}": float(value) for kind, value in stiffness.items() for end in ("", "_max")},
+        **{f"{kind}_damping": min(50.0, float(damping)) for kind in ("tension", "compression", "shear")},
     }
     _isotropy(mapping, material, springs)
-
-
-def _each(name: str, value: float) -> dict[str, float]:
-    kinds = [name.format(kind) for kind in ("tension", "compression", "shear")]
-    return {key: number for kind in kinds for key, number in _pair(kind, value).items()}
-
-
-def _pair(name: str, value: float) -> dict[str, float]:
-    return {name: float(value)} | ({f"{name}_max": float(value)} if name.endswith("stiffness") else {})
 
 
 def _isotropy(mapping: Mapping, material: Material, springs: Springs) -> None:
@@ -143,7 +130,9 @@ def _contact(mapping: Mapping, material: Material) -> None:
     mapping.collision |= {
         "use_collision": True,
         "use_self_collision": True,
-        "collision_quality": COLLISION_LOOPS,
+        # Corrections of contacts in each substep. With fewer, friction is not proportional to the load: with 4, a sheet
+        # under another one slides on a table that is tilted by 21 degrees instead of 39 (measured).
+        "collision_quality": 12,
         "distance_min": reach,
         "self_distance_min": layers,
         "self_friction": _friction(mapping, "friction_cloth", material.friction_cloth, SELF_FRICTION),
@@ -181,7 +170,7 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
     """Set the substeps in a frame of Blender, so that contact and explicit bending are stable."""
     settings = mapping.settings
     frequency = springs.bending_frequency() * np.sqrt(settings["bending_stiffness"] / settings["mass"]) / UNIT
-    step = min(MAX_STEP, STABLE / max(frequency, 1e-9))
+    step = min(MAX_STEP, 1.4 / max(frequency, 1e-9))  # bending is unstable if step times frequency is 2
     settings["quality"] = int(np.clip(np.ceil(longest / step - 1e-6), 1, 1000))
     if longest / settings["quality"] > 1.5 * step:
         mapping.warn("the cloth may jitter, because bending is too stiff for explicit steps")
@@ -202,7 +191,8 @@ def _raw(scene: Scene, longest: float) -> Mapping:
     for name, value in raw.items():
         part = mapping.collision if name in COLLISION else mapping.collider if name in COLLIDER else mapping.settings
         part[name] = mapping.scale * float(value) if name in growing else value
-    mapping.settings.setdefault("quality", _substeps_by_default(mapping.time_scale(longest, scene.frame_rate)))
+    frame = mapping.time_scale(longest, scene.frame_rate)  # Blender makes 5 substeps in a unit of its time, rounded up
+    mapping.settings.setdefault("quality", int(np.clip(np.ceil(5 * frame - 1e-6), 1, 1000)))
     mapping.standoff = REST * (mapping.collision["distance_min"] + mapping.collider["thickness_outer"]) / mapping.scale
     return mapping
 
@@ -216,8 +206,3 @@ def _grows(name: str, linear: bool) -> bool:
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
     return name in LENGTHS or (spring and what.startswith("stiffness"))
-
-
-def _substeps_by_default(frame: float) -> int:
-    """Return Blender's default number of substeps, 5 in a unit of its time and rounded up, for a frame [its time]."""
-    return int(np.clip(np.ceil(5 * frame - 1e-6), 1, 1000))

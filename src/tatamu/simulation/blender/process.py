@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 import threading
 from contextlib import suppress
-from typing import IO, Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 
@@ -23,8 +23,6 @@ from tatamu.simulation.blender import discovery
 
 MARK = b"\x00\xfftatamu\xff\x00"
 """Start of every message. All bytes between two messages are output of Blender itself."""
-START_LIMIT = 120.0
-"""Maximum time to wait for the first message of a started Blender [s]."""
 ATTEMPTS = 3
 """Number of attempts to run a recipe, after which the recipe counts as the cause of the crashes."""
 
@@ -54,26 +52,18 @@ class Worker:
         self.version = self._greeting()
 
     def _greeting(self) -> str:
-        limit = threading.Timer(START_LIMIT, self.process.kill)
+        limit = threading.Timer(120.0, self.process.kill)  # how long the first message may take [s]
         limit.start()
         try:
             return str(self._receive()[0]["blender"])
         except WorkerDied:
-            words = self._last_words()
+            self.log.seek(0)
+            lines = self.log.read()[-2000:].decode(errors="replace").strip().splitlines()
+            words = f" ({lines[-1].strip()})" if lines else ""
             self.close()
             raise InputError(f"{self.command[0]}: cannot be run as Blender{words}") from None
         finally:
             limit.cancel()
-
-    def _last_words(self) -> str:
-        self.log.seek(0)
-        lines = self.log.read()[-2000:].decode(errors="replace").strip().splitlines()
-        return f" ({lines[-1].strip()})" if lines else ""
-
-    @property
-    def _out(self) -> BinaryIO:
-        assert self.process.stdout is not None
-        return self.process.stdout  # type: ignore[return-value]
 
     def ask(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray]:
         """Run one recipe, and return the answer and the positions (float32), or raise WorkerDied."""
@@ -87,17 +77,15 @@ class Worker:
         return self._receive()
 
     def _receive(self) -> tuple[dict[str, Any], np.ndarray]:
-        self._skip_to_mark()
-        answer = json.loads(self._exactly(struct.unpack("<I", self._exactly(4))[0]))
-        return answer, np.frombuffer(self._exactly(answer.get("bytes", 0)), dtype="<f4")
-
-    def _skip_to_mark(self) -> None:
         window = self._exactly(len(MARK))
         while window != MARK:
             window = window[1:] + self._exactly(1)
+        answer = json.loads(self._exactly(struct.unpack("<I", self._exactly(4))[0]))
+        return answer, np.frombuffer(self._exactly(answer.get("bytes", 0)), dtype="<f4")
 
     def _exactly(self, count: int) -> bytes:
-        data = self._out.read(count)
+        assert self.process.stdout is not None
+        data = self.process.stdout.read(count)
         if len(data) < count:
             raise WorkerDied
         return data
@@ -124,7 +112,10 @@ class Workers:
     def run(self, request: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray, str]:
         """Run one recipe, again if Blender crashes, and return the answer, the positions and Blender's version."""
         for _ in range(ATTEMPTS):
-            worker = self._take()
+            with self._lock:
+                mine = [worker for worker in self._idle if worker.owner == os.getpid()]
+                self._idle = mine[:-1]
+            worker = mine[-1] if mine else Worker()
             try:
                 answer, positions = worker.ask(request)
             except WorkerDied:
@@ -133,21 +124,12 @@ class Workers:
             except BaseException:
                 worker.close()
                 raise
-            self._give(worker)
+            with self._lock:
+                self._idle.append(worker)
             if "error" in answer:
                 raise SimulationError(f"blender: {answer['error']}")
             return answer, positions, worker.version
         raise SimulationError(f"blender: crashed {ATTEMPTS} times on this scene")
-
-    def _take(self) -> Worker:
-        with self._lock:
-            mine = [worker for worker in self._idle if worker.owner == os.getpid()]
-            self._idle = mine[:-1]
-        return mine[-1] if mine else Worker()
-
-    def _give(self, worker: Worker) -> None:
-        with self._lock:
-            self._idle.append(worker)
 
     def close(self) -> None:
         with self._lock:

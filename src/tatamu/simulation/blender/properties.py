@@ -39,7 +39,6 @@ RANGES: dict[str, tuple[float, float]] = {
 """Minimum and maximum of each property in a material's `blender` table."""
 CHOICES = {"bending_model": ("ANGULAR", "LINEAR")}
 SWITCHES = ("use_self_collision",)
-WHOLE = ("quality", "collision_quality")
 
 COLLISION = (
     "distance_min",
@@ -81,13 +80,11 @@ def _checked(name: str, value: Value) -> Value:
     if name not in RANGES:
         known = ", ".join(sorted([*RANGES, *CHOICES, *SWITCHES]))
         raise InputError(f"{where}: must be a property of Blender's cloth, one of {known}")
-    return _number(where, name, value)
-
-
-def _number(where: str, name: str, value: Value) -> Value:
     low, high = RANGES[name]
     if isinstance(value, str | bool) or not low <= value <= high:
         raise InputError(f"{where}: must be a number from {low:g} to {high:g}, given {value!r}")
-    if name in WHOLE and value != int(value):
+    if name not in ("quality", "collision_quality"):
+        return float(value)
+    if value != int(value):
         raise InputError(f"{where}: must be a whole number, given {value!r}")
-    return int(value) if name in WHOLE else float(value)
+    return int(value)

@@ -29,11 +29,6 @@ class Springs:
         self.area = float(areas(self.rest, self.faces).sum())
         self.lengths = edge_lengths(self.rest, self.topology.edges)
 
-    @property
-    def mean_length(self) -> float:
-        """Mean rest length of all springs [m]."""
-        return float(self.lengths.mean())
-
     @cached_property
     def _directions(self) -> np.ndarray:
         """Sides of each triangle in its plane [m], shape (m, 3, 2), with the same axes everywhere in flat cloth.
@@ -85,18 +80,13 @@ class Springs:
         cylinder.
         """
         hinges = self._hinges
-        angle = self._edge_angles[:, None]
-        theta = np.stack([hinges.angle(direction - angle[:, 0]) for direction in DIRECTIONS], axis=1)
+        angles = np.zeros(len(self.topology.edges))  # from the first axis of one of the triangles at each edge [rad]
+        angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
+        inner = angles[self.topology.faces_per_edge == 2]
+        theta = np.stack([hinges.angle(direction - inner) for direction in DIRECTIONS], axis=1)
         height = hinges.heights.mean(0)
         energy = (hinges.length * height / 30.0) @ theta**2
         return np.asarray(energy / max((hinges.length * height / 1.5).sum() / 2.0, 1e-30))
-
-    @property
-    def _edge_angles(self) -> np.ndarray:
-        """Angle of each inner edge from the first axis of one of its two triangles [rad], shape (h,)."""
-        angles = np.zeros(len(self.topology.edges))
-        angles[self.topology.face_edges] = np.arctan2(self._directions[:, :, 1], self._directions[:, :, 0])
-        return np.asarray(angles[self.topology.faces_per_edge == 2])
 
     def bending_frequency(self) -> float:
         """Return the maximum angular frequency of the hinges [1/Blender's time] if b and all masses are 1.
@@ -111,7 +101,12 @@ class Springs:
         shape = (len(push), len(self.rest))
         theta = sparse.csr_array((-hinges.coefficients.ravel(), (rows, columns)), shape=shape)
         force = sparse.csr_array((push.ravel(), (rows, columns)), shape=shape).T.tocsr()
-        return float(np.sqrt(_largest(force, theta, len(self.rest))))
+        vector, value = np.cos(1.7 * np.arange(len(self.rest)) ** 1.3), 0.0
+        for _ in range(200):  # power iteration finds the maximum eigenvalue of the product of both matrices
+            vector /= np.linalg.norm(vector)
+            vector = force @ (theta @ vector)
+            value = float(np.linalg.norm(vector))
+        return float(np.sqrt(value))
 
 
 @dataclass(frozen=True)
@@ -144,14 +139,3 @@ class Hinges:
         aside = np.stack([zero, zero, self.heights[0], -self.heights[1]], axis=1)
         elevation = 0.5 * (along * np.cos(direction)[:, None] + aside * np.sin(direction)[:, None]) ** 2
         return np.asarray((self.coefficients * elevation).sum(1))
-
-
-def _largest(force: sparse.csr_array, theta: sparse.csr_array, count: int) -> float:
-    """Return the maximum eigenvalue of the product of `force` and `theta`, by power iteration."""
-    vector = np.cos(1.7 * np.arange(count) ** 1.3)
-    value = 0.0
-    for _ in range(200):
-        vector /= np.linalg.norm(vector)
-        vector = force @ (theta @ vector)
-        value = float(np.linalg.norm(vector))
-    return value

@@ -17,9 +17,6 @@ from scipy.integrate import solve_bvp
 
 from tatamu.base.errors import TatamuError
 
-MIN_LOAD = 0.01
-STEPS_PER_DECADE = 30
-
 
 def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     def slope(s: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -37,11 +34,12 @@ def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, 
 @lru_cache(maxsize=256)
 def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
     """Return arc lengths and theta, theta', x and y at each of them in units of L, from a smaller Gamma."""
-    if gamma <= MIN_LOAD:
+    least, steps_per_decade = 0.01, 30
+    if gamma <= least:
         s = np.linspace(0, 1, 201)
         return _solve(gamma, s, np.vstack([0 * s, 0 * s, s, 0 * s]))
-    rung = np.ceil(np.log10(gamma / MIN_LOAD) * STEPS_PER_DECADE - 1e-9) - 1
-    return _solve(gamma, *_continued(float(MIN_LOAD * 10 ** (rung / STEPS_PER_DECADE))))
+    rung = np.ceil(np.log10(gamma / least) * steps_per_decade - 1e-9) - 1
+    return _solve(gamma, *_continued(float(least * 10 ** (rung / steps_per_decade))))
 
 
 def cantilever(gamma: float, count: int = 201) -> np.ndarray:

@@ -25,8 +25,6 @@ HALF_LENGTH = 4.5
 """Half of the arc length, U [bending lengths], longer than the loop, so that both ends of the strip are flat."""
 STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link [bending lengths]."""
-SHARPEST = 0.75
-"""Minimum bending length for which a crease is computed [thicknesses]. It replaces smaller ones."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
 """1 where a node (row) comes after a link (column), and so moves if it turns; otherwise 0."""
 
@@ -62,7 +60,7 @@ class Crease:
 
 def crease(bending_length: float, thickness: float) -> Crease:
     """Return the crease for a bending length [m] and a thickness [m], or raise TatamuError if none is found."""
-    length = max(bending_length, SHARPEST * thickness)
+    length = max(bending_length, 0.75 * thickness)  # cloth that is limper is computed like this
     arc, x, z = _profile(round(thickness / length, 6))
     return Crease(arc * length, x * length, z * length)
 
@@ -98,11 +96,7 @@ def least_energy(thickness: float) -> np.ndarray:
 
     floor = np.where(np.arange(LINKS + 1) <= LINKS // 2, thickness / 2, 1.5 * thickness)
     constraints = [
-        {
-            "type": "eq",
-            "fun": miss,
-            "jac": lambda phi: STEP * np.stack([-np.sin(phi), np.cos(phi)]),
-        },
+        {"type": "eq", "fun": miss, "jac": lambda phi: STEP * np.stack([-np.sin(phi), np.cos(phi)])},
         {
             "type": "ineq",
             "fun": lambda phi: (nodes(phi, thickness)[1] - floor)[1:-1],

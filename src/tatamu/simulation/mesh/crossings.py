@@ -13,10 +13,7 @@ from tatamu.simulation.mesh.topology import Topology
 
 
 def crossing_pairs(
-    points: np.ndarray,
-    faces: np.ndarray,
-    edges: np.ndarray,
-    wanted: tuple[np.ndarray, np.ndarray] | None = None,
+    points: np.ndarray, faces: np.ndarray, edges: np.ndarray, wanted: tuple[np.ndarray, np.ndarray] | None = None
 ) -> np.ndarray:
     """Return the crossing pairs of an edge and a triangle, shape (k, 2), for finite points.
 

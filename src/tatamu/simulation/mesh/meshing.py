@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import Delaunay
 
+from tatamu.simulation.mesh.topology import twice_areas
+
 ROW = np.sqrt(0.75)
 """Distance between the rows of an equilateral triangle mesh [edges]."""
 SHEAR = 0.25
@@ -39,9 +41,3 @@ def delaunay(points: np.ndarray, joined: np.ndarray | None = None) -> np.ndarray
     clockwise = twice_areas(points, faces) < 0
     faces[clockwise] = faces[clockwise][:, ::-1]
     return faces
-
-
-def twice_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return twice the area of each triangle, shape (m,), negative if it is clockwise."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]

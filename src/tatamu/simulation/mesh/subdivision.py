@@ -22,24 +22,21 @@ def on_coarse_mesh(rollout: Rollout, faces: np.ndarray) -> Rollout:
 
 
 def _halved(scene: Scene) -> Scene:
-    edges = Topology(scene.cloth.faces).edges
-    return scene.model_copy(
-        update={
-            "cloth": _cloth(scene.cloth, edges),
-            "grippers": [_gripper(gripper, edges, len(scene.cloth.vertices)) for gripper in scene.grippers],
-        }
-    )
-
-
-def _cloth(cloth: Cloth, edges: np.ndarray) -> Cloth:
-    rest = cloth.rest_vertices
-    return Cloth(
+    cloth, count = scene.cloth, len(scene.cloth.vertices)
+    edges = Topology(cloth.faces).edges
+    a, b, c = cloth.faces.T
+    ab, bc, ca = (_middles(cloth.faces[:, pair], edges, count) for pair in ([0, 1], [1, 2], [2, 0]))
+    corners = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    seam = _middles(cloth.seams, edges, count)
+    finer = Cloth(
         vertices=_with_middles(cloth.vertices, edges),
-        faces=_quartered(cloth.faces, edges, len(cloth.vertices)),
-        rest_vertices=None if rest is None else _with_middles(rest, edges),
-        seams=_seams(cloth.seams, edges, len(cloth.vertices)),
+        faces=np.concatenate([np.column_stack(corner) for corner in corners]),
+        rest_vertices=None if cloth.rest_vertices is None else _with_middles(cloth.rest_vertices, edges),
+        seams=np.concatenate([np.column_stack([cloth.seams[:, 0], seam]), np.column_stack([seam, cloth.seams[:, 1]])]),
         fibre=cloth.fibre if cloth.fibre is None or len(cloth.fibre) == 1 else np.tile(cloth.fibre, (4, 1)),
     )
+    grippers = [_gripper(gripper, edges, count) for gripper in scene.grippers]
+    return scene.model_copy(update={"cloth": finer, "grippers": grippers})
 
 
 def _with_middles(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -50,18 +47,6 @@ def _middles(pairs: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
     """Return the indices of the middles of edges, given as pairs of vertices, among all `edges` in lexical order."""
     key = np.array([count, 1])
     return count + np.searchsorted(edges @ key, np.sort(pairs, axis=1) @ key)
-
-
-def _quartered(faces: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    a, b, c = faces.T
-    ab, bc, ca = (_middles(faces[:, pair], edges, count) for pair in ([0, 1], [1, 2], [2, 0]))
-    corners = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.concatenate([np.column_stack(corner) for corner in corners])
-
-
-def _seams(seams: np.ndarray, edges: np.ndarray, count: int) -> np.ndarray:
-    middle = _middles(seams, edges, count)
-    return np.concatenate([np.column_stack([seams[:, 0], middle]), np.column_stack([middle, seams[:, 1]])])
 
 
 def _gripper(gripper: Gripper, edges: np.ndarray, count: int) -> Gripper:

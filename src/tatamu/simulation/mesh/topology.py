@@ -7,15 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-MAX_AROUND = 1000
-"""Maximum number of triangles around a vertex; the memory for their contact grows with its square."""
-
-
-def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return whether the normal of each triangle points down, as in the lower layer of a garment that lies flat."""
-    a, b, c = (flat[faces[:, k], :2] for k in range(3))
-    return np.asarray((b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0])
-
 
 @dataclass(frozen=True)
 class Topology:
@@ -66,15 +57,9 @@ class Topology:
         _, opposite = self._sides
         order = np.argsort(self._grouped[1].ravel(), kind="stable")
         inner = order[np.repeat(self.faces_per_edge, self.faces_per_edge) == 2].reshape(-1, 2)
-        first = self._corner_order(inner[:, 0])
-        return np.column_stack([first, opposite[inner[:, 0]], opposite[inner[:, 1]]])
-
-    def _corner_order(self, sides: np.ndarray) -> np.ndarray:
-        """Return the ends of each side in the order of its triangle's corners, shape (s, 2)."""
-        count = len(self.faces)
-        corner = sides // count
-        face = sides % count
-        return np.column_stack([self.faces[face, (corner + 1) % 3], self.faces[face, (corner + 2) % 3]])
+        corner, face = np.divmod(inner[:, 0], len(self.faces))  # the ends are in the order of this triangle's corners
+        ends = [self.faces[face, (corner + k) % 3] for k in (1, 2)]
+        return np.column_stack([*ends, opposite[inner[:, 0]], opposite[inner[:, 1]]])
 
 
 def among(pairs: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -103,6 +88,17 @@ def _metric(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Return s.s, s.t and t.t of each triangle, with its two sides s and t at its first corner, shapes (m,)."""
     s, t = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
     return (s * s).sum(axis=1), (s * t).sum(axis=1), (t * t).sum(axis=1)
+
+
+def twice_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return twice the area of each triangle in the plane, shape (m,), negative if it is clockwise."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+
+
+def facing_down(flat: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return whether the normal of each triangle points down, as in the lower layer of a garment that lies flat."""
+    return twice_areas(flat, faces) < 0.0
 
 
 def edge_lengths(points: np.ndarray, edges: np.ndarray) -> np.ndarray:
@@ -138,22 +134,16 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
         raise ValueError(f"vertices must each belong to a triangle, given vertex {loose[0]} without a triangle")
     topology = Topology(faces)
     if topology.faces_per_edge.max() > 2:
-        wrong = int(np.argmax(topology.faces_per_edge))
+        crowded = int(np.argmax(topology.faces_per_edge))
         raise ValueError(
-            f"faces must form a manifold with at most 2 triangles at an edge, given {topology.faces_per_edge[wrong]} "
-            f"at edge {topology.edges[wrong].tolist()}"
+            f"faces must form a manifold with at most 2 triangles at an edge, given "
+            f"{topology.faces_per_edge[crowded]} at edge {topology.edges[crowded].tolist()}"
         )
-    around = np.bincount(faces.ravel())
-    if around.max() > MAX_AROUND:
+    around, most = np.bincount(faces.ravel()), 1000  # the memory for contact around a vertex grows with the square
+    if around.max() > most:
         raise ValueError(
-            f"faces must be at most {MAX_AROUND} around a vertex, given {around.max()} around vertex "
-            f"{int(around.argmax())}"
+            f"faces must be at most {most} around a vertex, given {around.max()} around vertex {int(around.argmax())}"
         )
-    _check_seams(topology, seams)
-
-
-def _check_seams(topology: Topology, seams: np.ndarray) -> None:
-    inner = topology.edges[topology.faces_per_edge == 2]
-    wrong = ~among(seams, inner)
-    if wrong.any():
-        raise ValueError(f"seams must be edges shared by two triangles, given {seams[wrong.argmax()].tolist()}")
+    apart = ~among(seams, topology.edges[topology.faces_per_edge == 2])
+    if apart.any():
+        raise ValueError(f"seams must be edges shared by two triangles, given {seams[apart.argmax()].tolist()}")

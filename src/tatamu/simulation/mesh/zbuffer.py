@@ -7,9 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-EDGE_ON = 1e-9
-"""Minimum of twice a triangle's area [pixels^2]; smaller triangles count as seen edge-on."""
-
 
 @dataclass(frozen=True)
 class ZBuffer:
@@ -49,20 +46,6 @@ def _range(a, b, c, size):  # type: ignore[no-untyped-def]
     return range(int(max(min(a, b, c), 0.0)), int(min(max(a, b, c) + 1.0, size)))
 
 
-@njit(inline="always")
-def _sides(ax, ay, bx, by, cx, cy, x, y):  # type: ignore[no-untyped-def]
-    """Return twice the signed areas of (x, y) with each side, which have the same sign if the point is inside."""
-    ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
-    bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)
-    ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
-    return ab, bc, ca
-
-
-@njit(inline="always")
-def _inside(ab, bc, ca):  # type: ignore[no-untyped-def]
-    return (ab >= 0 and bc >= 0 and ca >= 0) or (ab <= 0 and bc <= 0 and ca <= 0)
-
-
 @njit(cache=True)
 def _cover(points, faces, covered):  # type: ignore[no-untyped-def]
     columns, rows = covered.shape
@@ -72,8 +55,12 @@ def _cover(points, faces, covered):  # type: ignore[no-untyped-def]
         cx, cy = points[faces[t, 2]]
         for i in _range(ax, bx, cx, columns):
             for j in _range(ay, by, cy, rows):
-                ab, bc, ca = _sides(ax, ay, bx, by, cx, cy, i + 0.5, j + 0.5)
-                if _inside(ab, bc, ca):
+                x = i + 0.5
+                y = j + 0.5
+                ab = (bx - ax) * (y - ay) - (by - ay) * (x - ax)  # twice the signed areas of the point with each side,
+                bc = (cx - bx) * (y - by) - (cy - by) * (x - bx)  # which have the same sign if the point is inside
+                ca = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+                if (ab >= 0 and bc >= 0 and ca >= 0) or (ab <= 0 and bc <= 0 and ca <= 0):
                     covered[i, j] = True
 
 
@@ -85,7 +72,7 @@ def _fill(points, faces, slack, heights, face, weights):  # type: ignore[no-unty
         bx, by, bz = points[faces[t, 1]]
         cx, cy, cz = points[faces[t, 2]]
         twice_area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if not EDGE_ON <= abs(twice_area) < np.inf:  # seen edge-on, or not finite
+        if not 1e-9 <= abs(twice_area) < np.inf:  # seen edge-on, or not finite
             continue
         for i in _range(ax, bx, cx, columns):
             for j in _range(ay, by, cy, rows):

@@ -9,18 +9,15 @@ from itertools import pairwise
 import numpy as np
 
 from tatamu.base.errors import SimulationError
-from tatamu.simulation.capabilities import Capabilities
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
-from tatamu.simulation.mujoco.hold import HeldVertices
+from tatamu.simulation.mujoco.controlled import HeldVertices, MovingBody
 from tatamu.simulation.mujoco.model import compiled, engine, vertex_masses
-from tatamu.simulation.mujoco.rigid import MovingBody
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.side_by_side import side_by_side
+from tatamu.simulation.simulators import Capabilities
 from tatamu.simulation.timeline import Segment, segments
 
-MAX_STEP = 2e-3
-"""Maximum time step [s]."""
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
 """Bending energy is quadratic, so a fold collapses into a flat crease on a mesh coarser than 0.37 bending lengths.
 
@@ -68,9 +65,10 @@ class Run:
         self.data = engine().MjData(self.model)
         self.sliders = 3 * len(scene.cloth.vertices)
         self.data.qpos[: self.sliders] = (scene.cloth.vertices - scene.cloth.rest).ravel()
-        self.bodies = [MovingBody(body, self.model, number) for number, body in enumerate(scene.bodies)]
         self.scratch = engine().MjData(self.model)
         self.hands = [HeldVertices(gripper, vertex_masses(scene)) for gripper in scene.grippers]
+        bodies = [MovingBody(body, self.model, number) for number, body in enumerate(scene.bodies)]
+        self.controlled: list[HeldVertices | MovingBody] = [*self.hands, *bodies]
         self.steps = 0
 
     def positions(self) -> np.ndarray:
@@ -78,7 +76,7 @@ class Run:
         frames = [self.scene.cloth.vertices]
         before: tuple[object, ...] = ()
         for segment in segments(self.scene, np.inf):
-            pieces = max(1, int(np.ceil(segment.duration / MAX_STEP - 1e-6)))
+            pieces = max(1, int(np.ceil(segment.duration / 2e-3 - 1e-6)))  # steps of at most 2 ms
             situation = (round(segment.duration / pieces, 12), segment.held)
             if situation != before:
                 self._change(*situation)
@@ -100,17 +98,12 @@ class Run:
         engine().mj_setConst(self.model, self.scratch)
 
     def _through(self, segment: Segment, pieces: int) -> None:
-        bounds = np.linspace(segment.start, segment.end, pieces + 1)
-        for start, end in pairwise(bounds.tolist()):
-            for hand in self.hands:
-                hand.aim(self.data, start, end)
-            for body in self.bodies:
-                body.aim(self.data, start, end)
+        for start, end in pairwise(np.linspace(segment.start, segment.end, pieces + 1).tolist()):
+            for each in self.controlled:
+                each.aim(self.data, start, end)
             engine().mj_step(self.model, self.data)
-            for hand in self.hands:
-                hand.settle(self.data, end)
-            for body in self.bodies:
-                body.settle(self.data, end)
+            for each in self.controlled:
+                each.settle(self.data, end)
         self.steps += pieces
 
     def _now(self, time: float) -> np.ndarray:
@@ -132,18 +125,14 @@ class Run:
         if self.scene.material.compression < 1.0:
             found.append("mujoco: cloth resists compression as it does tension")
         found += [f"mujoco: {line}" for line in CAPABILITIES.lacking(self.scene.material)]
-        return found + self._coarse()
-
-    def _coarse(self) -> list[str]:
-        cloth, length = self.scene.cloth, self.scene.material.bending_length
+        cloth, coarsest = self.scene.cloth, (CAPABILITIES.sound_cell or np.inf) * self.scene.material.bending_length
         spacing = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
-        coarsest = (CAPABILITIES.sound_cell or np.inf) * length
-        if spacing <= coarsest:
-            return []
-        return [
-            f"mujoco: folds fall into flat creases with cells of {1e3 * spacing:.0f} mm; use cells of at most "
-            f"{1e3 * coarsest:.0f} mm"
-        ]
+        if spacing > coarsest:
+            found.append(
+                f"mujoco: folds fall into flat creases with cells of {1e3 * spacing:.0f} mm; use cells of at most "
+                f"{1e3 * coarsest:.0f} mm"
+            )
+        return found
 
 
 def simulate_many(scenes: Sequence[Scene]) -> list[Rollout]:

@@ -17,10 +17,8 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, among, areas
-from tatamu.simulation.mujoco.rigid import CONTACT, RIGID, rigid
+from tatamu.simulation.mujoco.controlled import CONTACT, RIGID, rigid
 from tatamu.simulation.scene import Scene, Table
-
-SLIDERS = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
 
 
 def engine() -> Any:
@@ -49,26 +47,30 @@ def compiled(scene: Scene) -> Any:
         model = mujoco.MjModel.from_xml_string(_document(scene))
     except ValueError as error:
         raise InputError(f"mujoco: {' '.join(str(error).split())}") from None
-    _free_seams(model, scene)
+    if len(scene.cloth.seams) and model.flex_bending.size:  # seams do not resist bending
+        edges = np.sort(model.flex_edge, axis=1)
+        assert np.array_equal(np.unique(edges, axis=0), Topology(scene.cloth.faces).edges)
+        model.flex_bending.reshape(len(edges), -1)[among(edges, scene.cloth.seams)] = 0.0
     drag = scene.material.air_drag / scene.material.areal_density * vertex_masses(scene)
     model.dof_damping[: 3 * len(drag)] = np.repeat(drag, 3)
     return model
 
 
 def _document(scene: Scene) -> str:
-    parts = [
-        "<mujoco>",
-        f'<option gravity="0 0 {-scene.gravity!r}" integrator="discrete" solver="CG"',
-        ' cone="elliptic" impratio="10" tolerance="1e-4" iterations="200"/>',
-        '<size memory="1G"/><worldbody>',
-        "" if scene.table is None else _table(scene.table, scene.material),
-        *_bodies(scene),
-        *(rigid(number, body) for number, body in enumerate(scene.bodies)),
-        "</worldbody><deformable>",
-        _flex(scene),
-        "</deformable></mujoco>",
-    ]
-    return "".join(parts)
+    return "".join(
+        [
+            "<mujoco>",
+            f'<option gravity="0 0 {-scene.gravity!r}" integrator="discrete" solver="CG"',
+            ' cone="elliptic" impratio="10" tolerance="1e-4" iterations="200"/>',
+            '<size memory="1G"/><worldbody>',
+            "" if scene.table is None else _table(scene.table, scene.material),
+            *_bodies(scene),
+            *(rigid(number, body) for number, body in enumerate(scene.bodies)),
+            "</worldbody><deformable>",
+            _flex(scene),
+            "</deformable></mujoco>",
+        ]
+    )
 
 
 def _table(table: Table, material: Material) -> str:
@@ -80,12 +82,13 @@ def _table(table: Table, material: Material) -> str:
 
 
 def _bodies(scene: Scene) -> list[str]:
+    sliders = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
     lines = []
     for number, (mass, (x, y, z)) in enumerate(zip(vertex_masses(scene), scene.cloth.rest.tolist(), strict=True)):
         inertia = " ".join([repr(float(mass) * 1e-6)] * 3)
         lines.append(
             f'<body name="v{number}" pos="{x!r} {y!r} {z!r}">'
-            f'<inertial pos="0 0 0" mass="{float(mass)!r}" diaginertia="{inertia}"/>{SLIDERS}</body>'
+            f'<inertial pos="0 0 0" mass="{float(mass)!r}" diaginertia="{inertia}"/>{sliders}</body>'
         )
     return lines
 
@@ -104,12 +107,3 @@ def _flex(scene: Scene) -> str:
         f' thickness="{thickness!r}" elastic2d="{"both" if bends else "stretch"}"/>'
         f'<contact {meets} selfcollide="auto" condim="3" friction="{material.friction_cloth!r} 0 0" {CONTACT}/></flex>'
     )
-
-
-def _free_seams(model: Any, scene: Scene) -> None:
-    """Set the bending stiffness of seam edges to zero."""
-    if not len(scene.cloth.seams) or not model.flex_bending.size:
-        return
-    edges = np.sort(model.flex_edge, axis=1)
-    assert np.array_equal(np.unique(edges, axis=0), Topology(scene.cloth.faces).edges)
-    model.flex_bending.reshape(len(edges), -1)[among(edges, scene.cloth.seams)] = 0.0

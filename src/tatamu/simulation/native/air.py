@@ -22,7 +22,7 @@ import numpy as np
 from tatamu.simulation.material import Material
 from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.contact.projection import Positions
-from tatamu.simulation.native.geometry import Vector, normal_of, unit
+from tatamu.simulation.native.geometry import normal_of, unit
 
 
 class Air(NamedTuple):
@@ -81,8 +81,6 @@ def air_of(gravity: float, material: Material) -> Air:
     )
 
 
-MIN_PATH = 1e-9
-"""Minimum path s in k_n s^(-1/3) [m], against a division by zero."""
 EVERY = 2
 """Outer steps between two updates of the normals, each of which takes as long as a few substeps."""
 
@@ -110,42 +108,6 @@ def _sum_normals(x: np.ndarray, faces: np.ndarray, sums: np.ndarray) -> None:
 
 
 @kernel
-def _quadratic(path: np.ndarray, s: int, un: float, air: Air, step: float) -> float:
-    """Add to the path of slot s for its velocity un along the normal, and return the quadratic drag q [kg/m^3]."""
-    if path[s] * un < 0.0:
-        path[s] = 0.0
-    path[s] += step * un
-    return max(air.normal_quadratic, air.turning / np.cbrt(max(abs(path[s]), MIN_PATH)))
-
-
-@kernel
-def _slowed(
-    ux: float,
-    uy: float,
-    uz: float,
-    nx: float,
-    ny: float,
-    nz: float,
-    turn: float,
-    quadratic: float,
-    mass: float,
-    air: Air,
-    step: float,
-) -> Vector:
-    """Return a velocity u [m/s] after drag for a time `step` [s], where the turning normal changed it by `turn` [m/s].
-
-    `quadratic` is the drag q along the normal n [kg/m^3], and `mass` the inertia per area along n [kg/m^2].
-    """
-    un = nx * ux + ny * uy + nz * uz
-    tx, ty, tz = ux - un * nx, uy - un * ny, uz - un * nz
-    un -= turn
-    un /= 1.0 + step * (air.normal_linear + quadratic * abs(un)) / mass
-    ut = np.sqrt(tx * tx + ty * ty + tz * tz)
-    slower = 1.0 / (1.0 + step * (air.tangential_linear + air.tangential_quadratic * ut) / air.density)
-    return slower * tx + un * nx, slower * ty + un * ny, slower * tz + un * nz
-
-
-@kernel
 def meet(
     V: np.ndarray,
     surface: AirSurface,
@@ -163,6 +125,7 @@ def meet(
     """
     normals = surface.normals
     carried = surface.carried
+    path = surface.path
     sums = surface.sums
     x = positions.x
     predicted = positions.predicted
@@ -176,11 +139,21 @@ def meet(
             touches = x[v, 0] != predicted[v, 0] or x[v, 1] != predicted[v, 1] or x[v, 2] != predicted[v, 2]
             mass = air.density if touches else air.density + air.added_mass
             carried[s] = 1.0 - air.density / mass
+            un = nx * ux + ny * uy + nz * uz
             turn = carried[s] * ((nx - normals[0, s]) * ux + (ny - normals[1, s]) * uy + (nz - normals[2, s]) * uz)
             quadratic = air.normal_quadratic
             if air.turning > 0.0:
-                quadratic = _quadratic(surface.path, s, nx * ux + ny * uy + nz * uz, air, step)
-            V[0, s], V[1, s], V[2, s] = _slowed(ux, uy, uz, nx, ny, nz, turn, quadratic, mass, air, step)
+                if path[s] * un < 0.0:
+                    path[s] = 0.0
+                path[s] += step * un
+                away = max(abs(path[s]), 1e-9)  # against a division by zero
+                quadratic = max(quadratic, air.turning / np.cbrt(away))
+            tx, ty, tz = ux - un * nx, uy - un * ny, uz - un * nz
+            un -= turn
+            un /= 1.0 + step * (air.normal_linear + quadratic * abs(un)) / mass
+            ut = np.sqrt(tx * tx + ty * ty + tz * tz)
+            slower = 1.0 / (1.0 + step * (air.tangential_linear + air.tangential_quadratic * ut) / air.density)
+            V[0, s], V[1, s], V[2, s] = slower * tx + un * nx, slower * ty + un * ny, slower * tz + un * nz
         normals[0, s] = nx
         normals[1, s] = ny
         normals[2, s] = nz

@@ -7,6 +7,7 @@ numpy's error model, a division by zero gives an infinity, because checks for ex
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from hashlib import blake2b
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 from numba import njit, typeof, types
 from numba.extending import intrinsic
 
+NATIVE = Path(__file__).parent
+"""Folder of all kernels."""
 _KERNELS: list[Any] = []
 """All functions that numba compiles separately, as its dispatchers."""
 _EXPECTED: list[Any] = []
@@ -90,7 +93,8 @@ def for_types_of(kernel: Any, arguments: tuple[Any, ...]) -> Callable[..., Any]:
 def is_on_disk(kernel: Any) -> bool:
     """Return whether compiled code of a kernel is on disk, or cannot be written to disk."""
     folder = kernel.stats.cache_path
-    return folder is None or any(Path(folder).glob(f"{_name(kernel)}-*.nbi"))
+    name = f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.__name__}-*.nbi"
+    return folder is None or any(Path(folder).glob(name))
 
 
 def expect(kernels: Iterable[Any]) -> None:
@@ -122,6 +126,24 @@ def _called(function: Any) -> list[Any]:
     return [each for each in found if each in _KERNELS]
 
 
-def _name(kernel: Any) -> str:
-    """Return the beginning of the file name of a kernel on disk."""
-    return f"{kernel.py_func.__module__.rpartition('.')[2]}.{kernel.__name__}"
+def forget_stale_kernels(folder: Path = NATIVE) -> None:
+    """Remove compiled functions if a source file in a folder has changed since; leave a read-only folder as it is.
+
+    Numba only checks the file of a function, but compiled code also contains functions of other files that it calls.
+    The topmost `__pycache__` therefore has a digest of the paths and contents of all source files.
+    """
+    digest = blake2b(digest_size=16)
+    for source in sorted(folder.rglob("*.py")):
+        digest.update(source.relative_to(folder).as_posix().encode() + source.read_bytes())
+    stamp = digest.hexdigest()
+    mark = folder / "__pycache__" / "kernels.txt"
+    try:
+        if mark.exists() and mark.read_text() == stamp:
+            return
+        for cache in folder.rglob("__pycache__"):
+            for kernel in [*cache.glob("*.nbi"), *cache.glob("*.nbc")]:
+                kernel.unlink(missing_ok=True)
+        mark.parent.mkdir(exist_ok=True)
+        mark.write_text(stamp)
+    except OSError:
+        return

@@ -128,16 +128,12 @@ def point_triangle(x: np.ndarray, v: int, a: int, b: int, c: int, up: np.ndarray
         e3 = _clamp((d2 - d1 + bb - bc) / (bb + cc - 2.0 * bc))
         best = np.inf
         for p, q in ((e1, 0.0), (0.0, e2), (1.0 - e3, e3)):
-            dx = p * abx + q * acx - apx
-            dy = p * aby + q * acy - apy
-            dz = p * abz + q * acz - apz
+            dx, dy, dz = p * abx + q * acx - apx, p * aby + q * acy - apy, p * abz + q * acz - apz
             square = dx * dx + dy * dy + dz * dz
             if square < best:
                 best = square
                 s = p
                 t = q
-    dx = s * abx + t * acx - apx
-    dy = s * aby + t * acy - apy
-    dz = s * abz + t * acz - apz
+    dx, dy, dz = s * abx + t * acx - apx, s * aby + t * acy - apy, s * abz + t * acz - apz
     above = dx * up[0] + dy * up[1] + dz * up[2] > 0.0
     return np.sqrt(dx * dx + dy * dy + dz * dz), above

@@ -1,18 +1,73 @@
-"""The grippers of a running scene: their states, the vertices that they hold, and their motion."""
+"""The grippers of a running scene: their targets, their states, the vertices that they hold, and their motion."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from math import dist, inf
+from math import dist, inf, isfinite
 
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.simulation.native.led_bodies import check_speed
 from tatamu.simulation.native.system import Hands
-from tatamu.simulation.native.targets import NOWHERE, HandTarget, Place
 from tatamu.simulation.scene import Scene
+
+Place = tuple[float, ...]
+"""Coordinates x, y and z [m] as plain numbers, which are faster than arrays."""
+NOWHERE: Place = (0.0, 0.0, 0.0)
+"""Displacement of a gripper that is open or has just closed [m]."""
+
+
+@dataclass(frozen=True)
+class HandTarget:
+    """The target of one gripper in one call of `Simulation.advance`."""
+
+    displacement: Sequence[float] | np.ndarray | None = None
+    """Displacement since the gripper closed, at the end of the call [m], shape (3,); None if it does not move."""
+    closed: bool | None = None
+    """True to close the gripper at the start of the call, False to open it, None to leave it unchanged."""
+    vertices: Sequence[int] | np.ndarray | None = None
+    """Vertices that the gripper grasps if it closes; None for the vertices that the scene gives."""
+
+    def place(self, name: str) -> Place | None:
+        """Return the displacement as plain numbers [m], None if there is none, or raise InputError."""
+        if self.displacement is None:
+            return None
+        try:
+            place = tuple(map(float, self.displacement))
+        except (TypeError, ValueError):
+            place = ()
+        if len(place) != 3 or not isfinite(sum(place)):
+            raise InputError(f"{name}.displacement: must be three finite numbers [m], given {self.displacement}")
+        return place
+
+    def held(
+        self, name: str, before: tuple[int, ...] | None, usual: tuple[int, ...], count: int
+    ) -> tuple[int, ...] | None:
+        """Return the vertices that the gripper then holds, None if it is open, or raise InputError.
+
+        It held `before` (None if it was open), grasps `usual` by default, and the cloth has `count` vertices.
+        """
+        closed = before is not None if self.closed is None else bool(self.closed)
+        if not closed:
+            if self.displacement is not None or self.vertices is not None:
+                wrong = "vertices" if self.displacement is None else "displacement"
+                raise InputError(f"{name}.{wrong}: must be left out while the gripper is open; close the gripper first")
+            return None
+        if self.vertices is None:
+            return usual if before is None else before
+        array = np.asarray(self.vertices)
+        whole = array.ndim == 1 and len(array) > 0 and np.issubdtype(array.dtype, np.integer)
+        if not whole or len(np.unique(array)) < len(array) or array.min() < 0 or array.max() >= count:
+            raise InputError(f"{name}.vertices: must be different vertex numbers below {count}, given {self.vertices}")
+        vertices = tuple(int(vertex) for vertex in array)
+        if before is not None and set(vertices) != set(before):
+            raise InputError(
+                f"{name}.vertices: must be those that the gripper holds; open the gripper before it grasps others"
+            )
+        return before or vertices
 
 
 @dataclass(frozen=True)
@@ -76,8 +131,8 @@ class Grippers:
 
     def displacements(self, number: int) -> np.ndarray:
         """Return the displacements at outer step `number` [m], shape (grippers, 3); zero if a gripper is open."""
-        shape = (len(self._grippers), 3)
-        return np.where(np.reshape(self.closed, (-1, 1)), self._paths[: shape[0], number], np.zeros(shape))
+        closed = np.reshape(self.closed, (-1, 1))
+        return np.where(closed, self._paths[: len(closed), number], 0.0)
 
     def step_at(self, time: float) -> int:
         """Return the outer step in which an event at `time` [s] happens."""
@@ -86,7 +141,7 @@ class Grippers:
     def events(self) -> list[int]:
         """Return the outer steps in which grippers close or open by the scene."""
         own = [index for index in range(len(self._own)) if index not in self._led]
-        return [number for numbers in (self._closes, self._opens) for number in (numbers[index] for index in own)]
+        return [numbers[index] for numbers in (self._closes, self._opens) for index in own]
 
     def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
         """Move grippers to targets at constant velocity from outer step `number` to `stop`; None is no new target.
@@ -97,10 +152,14 @@ class Grippers:
         held = self._held(number)
         given = {index: hand for index, hand in enumerate(hands) if hand is not None}
         starts = {index: self._start(index, index in held, number) for index in {*given, *self._led}}
-        led = {index: self._led_by(hand, index, held.get(index), starts[index]) for index, hand in given.items()}
+        led = {}
+        for index, hand in given.items():
+            name = f"hands[{index}]"
+            vertices = hand.held(name, held.get(index), self._own[index], self._vertices)
+            led[index] = Led(vertices, hand.place(name) or (NOWHERE if vertices is None else starts[index]))
         for index, target in led.items():
             length = 0.0 if target.vertices is None else dist(target.displacement, starts[index])
-            self._check_speed(f"hands[{index}]", length, stop - number, fastest)
+            check_speed(f"hands[{index}].displacement", length, (stop - number) * self._outer_step, fastest)
         if any(target.vertices is not held.get(index) for index, target in led.items()):
             self._check_held_once(led, number)
         self._led |= led
@@ -146,18 +205,14 @@ class Grippers:
     def hands(self) -> Hands:
         """Return the vertices that are held now, and the paths of their grippers."""
         if self._hands is None:
-            self._hands = self._make_hands()
+            grips = self._grips.items()
+            self._hands = Hands(
+                vertex=np.concatenate([np.empty(0, np.int64), *(grip.vertices for _, grip in grips)]),
+                base=np.concatenate([np.empty((0, 3)), *(grip.base for _, grip in grips)]),
+                gripper=np.array([number for number, grip in grips for _ in grip.vertices], np.int64),
+                path=self._paths,
+            )
         return self._hands
-
-    def _make_hands(self) -> Hands:
-        if not self._grips:
-            return Hands(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64), self._paths)
-        return Hands(
-            vertex=np.concatenate([grip.vertices for grip in self._grips.values()]),
-            base=np.concatenate([grip.base for grip in self._grips.values()]),
-            gripper=np.concatenate([np.full(len(grip.vertices), number) for number, grip in self._grips.items()]),
-            path=self._paths,
-        )
 
     def state(self) -> GripperState:
         """Return a copy of what changes during a simulation."""
@@ -190,19 +245,6 @@ class Grippers:
             return NOWHERE
         led = self._led.get(index)
         return led.displacement if led else tuple(self._paths[index, number].tolist())
-
-    def _led_by(self, hand: HandTarget, index: int, before: tuple[int, ...] | None, start: Place) -> Led:
-        name = f"hands[{index}]"
-        vertices = hand.held(name, before, self._own[index], self._vertices)
-        return Led(vertices, hand.place(name) or (NOWHERE if vertices is None else start))
-
-    def _check_speed(self, name: str, length: float, steps: int, fastest: float) -> None:
-        seconds = steps * self._outer_step
-        if not length <= fastest * (1.0 + 1e-9) * seconds:
-            raise InputError(
-                f"{name}.displacement: must be reached with at most {fastest:g} m/s, given {length:.3g} m in "
-                f"{seconds:.3g} s"
-            )
 
     def _check_held_once(self, led: dict[int, Led], number: int) -> None:
         """Check that no vertex is held by two grippers at the same time, now or later."""

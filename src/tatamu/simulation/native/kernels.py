@@ -75,8 +75,7 @@ def arguments(system: System) -> dict[str, tuple[Any, ...]]:
     state = system.state
     elastic = system.elastic
     x = state.positions.x
-    number = 0
-    part = 0.0
+    number, part = 0, 0.0
     contact = (state.positions, system.mesh, system.contact, system.options)
     surface = (state.V, state.surface, system.air, state.positions)
     return {
@@ -85,14 +84,7 @@ def arguments(system: System) -> dict[str, tuple[Any, ...]]:
         "order_by_height": (x, system.contact),
         "sweep_edges": (*contact, part, part),
         "sweep_vertices": (*contact, part, part),
-        "sweep_table": (
-            state.positions,
-            system.mesh.inverse_mass,
-            system.contact,
-            system.plane,
-            system.options,
-            part,
-        ),
+        "sweep_table": (state.positions, system.mesh.inverse_mass, system.contact, system.plane, system.options, part),
         "hold_zones": contact,
         "bend": (state.Y, state.F, elastic.bending, state.hinges),
         "stretch": (state.Y, state.F, elastic.membrane, state.triangle_forces),

@@ -13,9 +13,6 @@ from tatamu.simulation.body import UNIT, slerp
 from tatamu.simulation.native.contact.bodies.state import Bodies
 from tatamu.simulation.scene import Scene
 
-FASTEST_TURN = 50.0
-"""Maximum angular speed of a body [rad/s], at which the end of a finger of 0.2 m moves at 10 m/s."""
-
 
 @dataclass(frozen=True)
 class BodyTarget:
@@ -55,11 +52,11 @@ class LedBodies:
         if len(targets) != len(self._bodies):
             raise InputError(f"bodies: must be one for each of {len(self._bodies)} bodies, given {len(targets)}")
         seconds = (stop - number) * self._outer_step
-        poses = {}
-        for index, target in enumerate(targets):
-            if target is not None:
-                poses[index] = _pose(target, self._now(index, number), f"bodies[{index}]", seconds, fastest)
-        return poses
+        return {
+            index: _pose(target, self._now(index, number), f"bodies[{index}]", seconds, fastest)
+            for index, target in enumerate(targets)
+            if target is not None
+        }
 
     def lead(self, poses: Mapping[int, BodyPose], number: int, stop: int) -> None:
         """Move bodies to poses at constant velocity. Bodies without a new pose stay at their last target."""
@@ -97,11 +94,7 @@ class LedBodies:
 def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest: float) -> BodyPose:
     """Return the pose that a target requires, or raise InputError if the body cannot reach it in `seconds`."""
     position = now.position if target.position is None else _numbers(target.position, 3, f"{name}.position", "[m]")
-    way = float(np.linalg.norm(position - now.position))
-    if not way <= fastest * (1.0 + 1e-9) * seconds:
-        raise InputError(
-            f"{name}.position: must be reached with at most {fastest:g} m/s, given {way:.3g} m in {seconds:.3g} s"
-        )
+    check_speed(f"{name}.position", float(np.linalg.norm(position - now.position)), seconds, fastest)
     if target.orientation is None:
         return BodyPose(position, now.orientation)
     turned = _numbers(target.orientation, 4, f"{name}.orientation", "(w, x, y, z)")
@@ -110,12 +103,19 @@ def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest:
         raise InputError(f"{name}.orientation: must be a unit quaternion (w, x, y, z), given length {length:.3g}")
     turned = turned / length
     angle = 2.0 * float(np.arccos(min(abs(float(turned @ now.orientation)), 1.0)))
-    if not angle <= FASTEST_TURN * seconds:
+    fastest_turn = 50.0  # [rad/s], at which the end of a finger of 0.2 m moves at 10 m/s
+    if not angle <= fastest_turn * seconds:
         raise InputError(
-            f"{name}.orientation: must be reached with at most {FASTEST_TURN:g} rad/s, given {180 * angle / pi:.3g} "
+            f"{name}.orientation: must be reached with at most {fastest_turn:g} rad/s, given {180 * angle / pi:.3g} "
             f"degrees in {seconds:.3g} s"
         )
     return BodyPose(position, turned)
+
+
+def check_speed(name: str, way: float, seconds: float, fastest: float) -> None:
+    """Raise InputError if a way [m] cannot be covered in `seconds` at the speed `fastest` [m/s]."""
+    if not way <= fastest * (1.0 + 1e-9) * seconds:
+        raise InputError(f"{name}: must be reached with at most {fastest:g} m/s, given {way:.3g} m in {seconds:.3g} s")
 
 
 def _numbers(given: Sequence[float] | np.ndarray, count: int, name: str, what: str) -> np.ndarray:

@@ -62,20 +62,9 @@ class Model:
     lengths: np.ndarray
     """Lengths of the edges at rest [m], shape (e,)."""
 
-    @property
-    def thickness(self) -> float:
-        return self.mesh.thickness
-
-    @property
-    def shortest(self) -> float:
-        """Length of the shortest edge at rest [m]."""
-        return float(self.lengths.min())
-
 
 _kept: dict[bytes, Model] = {}
 _keeping = Lock()  # because simulate_many runs scenes in threads
-_MAX_KEPT = 48
-"""Maximum number of models in memory. A study simulates about 20 scenarios, each with its own material."""
 
 
 def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
@@ -92,16 +81,11 @@ def model_of(cloth: Cloth, material: Material, options: Options) -> Model:
             return _kept[key]
     built = _build(cloth, material, options)  # outside the lock, so that other threads can build their models
     with _keeping:
-        while len(_kept) >= _MAX_KEPT:
+        while len(_kept) >= 48:  # a study simulates about 20 scenarios, each with its own material
             _kept.pop(next(iter(_kept)))
-        _give_back_memory()
+        if sys.platform == "linux":  # give memory back; glibc would keep about 25 MB for a mesh of 13,000 vertices
+            getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
         return _kept.setdefault(key, built)
-
-
-def _give_back_memory() -> None:
-    """Return memory to the operating system; glibc would keep about 25 MB for a mesh of 13,000 vertices."""
-    if sys.platform == "linux":
-        getattr(ctypes.CDLL(None), "malloc_trim", int)(0)
 
 
 def _build(cloth: Cloth, material: Material, options: Options) -> Model:
@@ -149,16 +133,18 @@ def _contact_mesh(
     faces = topology.faces
     edge_faces = _faces_of_edges(topology)
     across = edge_faces[topology.face_edges]
-    own = np.arange(len(faces))[:, None]
-    neighbours = np.where(across[..., 0] == own, across[..., 1], across[..., 0])
-    near_start, near = _near_faces(faces, len(mass))
+    neighbours = np.where(across[..., 0] == np.arange(len(faces))[:, None], across[..., 1], across[..., 0])
+    rows = np.repeat(np.arange(len(faces)), 3)
+    incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(len(mass), len(faces)))
+    near = (incident @ incident.T @ incident).tocsr()  # the triangles that contain each vertex or its neighbours
+    near.sort_indices()
     thickness = material.thickness
     margin = max(options.margin_thicknesses * thickness, min(options.margin_limit, options.margin_edges * longest))
     return ContactMesh(
         faces=np.ascontiguousarray(faces),
         neighbours=np.ascontiguousarray(neighbours),
-        near_start=near_start,
-        near=near,
+        near_start=near.indptr.astype(np.int64),
+        near=near.indices.astype(np.int64),
         edges=np.ascontiguousarray(topology.edges),
         edge_faces=edge_faces,
         face_edges=np.ascontiguousarray(topology.face_edges),
@@ -176,21 +162,9 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
     edges = topology.face_edges.T.ravel()
     order = np.argsort(edges, kind="stable")
     edge = edges[order]
-    face = order % len(topology.faces)
     second = np.r_[False, edge[1:] == edge[:-1]]
-    edge_faces[edge[~second], 0] = face[~second]
-    edge_faces[edge[second], 1] = face[second]
+    edge_faces[edge, second.astype(int)] = order % len(topology.faces)
     return edge_faces
-
-
-def _near_faces(faces: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the triangles that contain each vertex or its neighbours: start of each vertex's entries, and entries."""
-    rows = np.repeat(np.arange(len(faces)), 3)
-    incident = sparse.csr_array((np.ones(3 * len(faces)), (faces.ravel(), rows)), shape=(count, len(faces)))
-    adjacent = incident @ incident.T
-    near = (adjacent @ incident).tocsr()
-    near.sort_indices()
-    return near.indptr.astype(np.int64), near.indices.astype(np.int64)
 
 
 def steps_per_frame(frame_rate: float, outer_step: float) -> int:

@@ -181,13 +181,10 @@ class Options:
 
     def __post_init__(self) -> None:
         """Check all numbers, and convert each to the type of its default, because kernels are compiled for types."""
-        for part in ("step", "elastic", "contact", "untangle", "rest", "limits"):
-            given = getattr(self, part)
-            defaults = type(given)._field_defaults
-            values = {
-                name: _checked(f"{part}.{name}", value, defaults[name]) for name, value in given._asdict().items()
-            }
-            object.__setattr__(self, part, type(given)(**values))
+        for part, given in vars(self).copy().items():
+            pairs = zip(given._fields, given, given._field_defaults.values(), strict=True)
+            checked = [_checked(f"{part}.{name}", value, default) for name, value, default in pairs]
+            object.__setattr__(self, part, type(given)(*checked))
 
 
 def _checked(name: str, value: Any, default: Any) -> Any:

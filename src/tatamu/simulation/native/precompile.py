@@ -18,11 +18,10 @@ import numpy as np
 from tatamu.simulation.material import Material
 from tatamu.simulation.native.addresses import Addresses
 from tatamu.simulation.native.compiled import address_of, expect, for_types_of, is_on_disk
-from tatamu.simulation.native.initial import initial_system
 from tatamu.simulation.native.kernels import Features, addresses, arguments, kernels
 from tatamu.simulation.native.options import Options
 from tatamu.simulation.native.step import advance
-from tatamu.simulation.native.system import Hands, Span, System
+from tatamu.simulation.native.system import Hands, Span, System, initial_system
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.side_by_side import processors
 

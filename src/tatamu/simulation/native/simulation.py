@@ -6,6 +6,7 @@ exactly the same bytes as without interruption.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from math import floor, inf
@@ -13,26 +14,21 @@ from math import floor, inf
 import numpy as np
 
 from tatamu.base.errors import InputError, SceneError, SimulationError
-from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.topology import Topology, edge_lengths, principal_stretches
+from tatamu.simulation.mesh.topology import principal_stretches
 from tatamu.simulation.native.contact import broad_phase
 from tatamu.simulation.native.contact.untangle import untangle
-from tatamu.simulation.native.grippers import Grippers
-from tatamu.simulation.native.initial import initial_system, step_sizes, steps_of
+from tatamu.simulation.native.grippers import Grippers, HandTarget
 from tatamu.simulation.native.led_bodies import BodyTarget, LedBodies
 from tatamu.simulation.native.model import model_of, steps_per_frame
 from tatamu.simulation.native.options import Options
 from tatamu.simulation.native.precompile import load
-from tatamu.simulation.native.rest import Rest
-from tatamu.simulation.native.snapshot import SimulationState, copy_arrays, digest, set_arrays
-from tatamu.simulation.native.system import Span
-from tatamu.simulation.native.targets import HandTarget
-from tatamu.simulation.scene import Cloth, Scene
+from tatamu.simulation.native.snapshot import Rest, SimulationState, changing
+from tatamu.simulation.native.system import Span, initial_system, step_sizes, steps_of
+from tatamu.simulation.scene import Scene
+from tatamu.simulation.source import source_digest
 
 FRAMES_AT_ONCE = 8
 """Frames between two checks for interrupts such as Ctrl+C, which compiled loops do not notice."""
-RECENT = 0.1
-"""Time before an error in which a hand that moved too fast counts as its cause [s]."""
 LOCKED = 3000.0
 """Maximum Y h^2 / B without a warning that the mesh may be too stiff for natural folds [-] (docs/theory/bending.md)."""
 
@@ -126,7 +122,14 @@ class Simulation:
             InputError: If an argument is wrong. Nothing is simulated.
             SimulationError: If the cloth exceeded one of the limits in `LimitOptions`.
         """
-        self._check_seconds(seconds)
+        step = self.sizes.outer_step
+        if self.done:
+            raise InputError(
+                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give the scene a longer "
+                "duration"
+            )
+        if not step <= seconds < inf:
+            raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
         requested = min(self._requested + seconds, self.scene.duration)
         stop = max(self.number, min(self._step_at(requested), self.steps))
         count = len(self.scene.grippers)
@@ -151,7 +154,7 @@ class Simulation:
             rest=self._rest,
             grippers=self._grippers.state(),
             bodies=self._bodies.state(),
-            arrays=copy_arrays(self.system),
+            arrays=tuple(array.copy() for array in changing(self.system)),
         )
 
     def restore(self, state: SimulationState) -> None:
@@ -164,7 +167,8 @@ class Simulation:
         self._rest = state.rest
         self._grippers.restore(state.grippers)
         self._bodies.restore(state.bodies)
-        set_arrays(self.system, state.arrays)
+        for array, saved in zip(changing(self.system, state.arrays[0]), state.arrays, strict=True):
+            array[...] = saved
 
     def __reduce__(self) -> tuple[Callable[..., Simulation], tuple[Scene, Options, SimulationState]]:
         """Copy and pickle by scene, options and state, without the compiled code."""
@@ -187,17 +191,8 @@ class Simulation:
 
     @cached_property
     def _digest(self) -> str:
-        return digest(self.scene, self.options)
-
-    def _check_seconds(self, seconds: float) -> None:
-        step = self.sizes.outer_step
-        if self.done:
-            raise InputError(
-                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give the scene a longer "
-                "duration"
-            )
-        if not step <= seconds < inf:
-            raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
+        text = f"{self.scene.model_dump_json()}{self.options!r}{source_digest()}"
+        return hashlib.sha256(text.encode()).hexdigest()
 
     def _step_at(self, time: float) -> int:
         return floor(time / self.sizes.outer_step + 0.5)
@@ -227,11 +222,14 @@ class Simulation:
     def warnings(self) -> list[str]:
         """Return warnings about this rollout for the user, one per line."""
         lines = []
-        if self.model.thickness > 0.5 * self.model.shortest:
+        if self.mesh.thickness > 0.5 * self.model.lengths.min():
             lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
-        ratio = locking(self.scene.cloth, self.scene.material)
-        if LOCKED < ratio < np.inf:
-            finer = 1e3 * float(self.model.lengths.mean()) * np.sqrt(LOCKED / ratio)
+        material, edge = self.scene.material, float(self.model.lengths.mean())
+        rigidity = min(material.bending_rigidity, material.weft_rigidity)
+        stiffness = max(material.stretch_stiffness, material.weft_stiffness)
+        ratio = stiffness * edge * edge / rigidity if rigidity > 0.0 else inf  # Y h^2 / B, stretching against bending
+        if LOCKED < ratio < inf:
+            finer = 1e3 * edge * np.sqrt(LOCKED / ratio)
             lines.append(
                 f"the cloth may drape too stiffly, because its cells are coarse (Y h^2 / B is {ratio:.2g}, should be "
                 f"at most {LOCKED:g}); take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
@@ -294,9 +292,17 @@ class Simulation:
         limits = self.options.limits
         if not stopped and stretch <= limits.largest_stretch:
             return
-        if time < RECENT:
-            self._refuse_stretched_start()
-        index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(RECENT))
+        recent = 0.1  # a hand that moved too fast within this time before the error counts as its cause [s]
+        if time < recent:  # explicit steps may be unstable if the cloth is stretched at the start
+            cloth = self.scene.cloth
+            stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)
+            worst = int(stretches.argmax())
+            if not stretches[worst] <= limits.largest_stretch:
+                raise SceneError(
+                    f"cloth.vertices: must be stretched to at most {limits.largest_stretch:g} of rest_vertices, "
+                    f"given {stretches[worst]:.3g} in triangle {worst}"
+                )
+        index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(recent))
         if speed > limits.fastest_hand:
             raise SceneError(
                 f"grippers.{index}: must move as slowly as the cloth can follow, given {speed:.3g} m/s at t = "
@@ -309,22 +315,10 @@ class Simulation:
             )
         raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
 
-    def _refuse_stretched_start(self) -> None:
-        """Raise SceneError if the cloth is stretched at the start, where explicit steps may be unstable."""
-        cloth = self.scene.cloth
-        limit = self.options.limits.largest_stretch
-        stretches = principal_stretches(cloth.vertices, cloth.rest, cloth.faces)
-        worst = int(stretches.argmax())
-        if not stretches[worst] <= limit:
-            raise SceneError(
-                f"cloth.vertices: must be stretched to at most {limit:g} of rest_vertices, "
-                f"given {stretches[worst]:.3g} in triangle {worst}"
-            )
-
     def _refuse(self) -> None:
         """Raise SceneError if the scene cannot be simulated."""
-        thickness = self.model.thickness
-        shortest = self.model.shortest
+        thickness = self.model.mesh.thickness
+        shortest = float(self.model.lengths.min())
         limits = self.options.limits
         if thickness > limits.thickest * shortest:
             raise SceneError(
@@ -343,14 +337,6 @@ def _restored(scene: Scene, options: Options, state: SimulationState) -> Simulat
     simulation = Simulation(scene, options)
     simulation.restore(state)
     return simulation
-
-
-def locking(cloth: Cloth, material: Material) -> float:
-    """Return Y h^2 / B [-], which compares stretching with bending at the mean edge h; infinite if B is zero."""
-    edge = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
-    stiffness = max(material.stretch_stiffness, material.weft_stiffness)
-    rigidity = min(material.bending_rigidity, material.weft_rigidity)
-    return stiffness * edge * edge / rigidity if rigidity > 0.0 else np.inf
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -1,8 +1,7 @@
-"""The saved state of a running scene, and the functions that copy it from and to the arrays of the compiled loops."""
+"""The saved state of a running scene, and the arrays of the compiled loops that belong to it."""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -11,11 +10,27 @@ import numpy as np
 
 from tatamu.simulation.native.grippers import GripperState
 from tatamu.simulation.native.led_bodies import BodyPose
-from tatamu.simulation.native.options import Options
-from tatamu.simulation.native.rest import Rest
 from tatamu.simulation.native.system import System
-from tatamu.simulation.scene import Scene
-from tatamu.simulation.source import source_digest
+
+
+@dataclass(frozen=True)
+class Rest:
+    """State of the test whether released cloth is at rest, by displacements: its kinetic energy only shows jitter."""
+
+    look_at: int = -1
+    """Outer step of the next test; -1 while a hand holds or will hold the cloth, and when it is at rest."""
+    before: np.ndarray | None = None
+    """Positions at the previous test [m], shape (n, 3)."""
+    reached: bool = False
+
+    def looked(self, number: int, x: np.ndarray, wait: int, still: float) -> Rest:
+        """Return the state after a test in outer step `number`, with the next one after `wait` outer steps.
+
+        Cloth is at rest if its mean displacement since the previous test is below `still` [m].
+        """
+        if self.before is not None and np.linalg.norm(x - self.before, axis=1).mean() < still:
+            return Rest(reached=True)
+        return Rest(number + wait, x.copy())
 
 
 @dataclass(frozen=True)
@@ -35,27 +50,10 @@ class SimulationState:
     bodies: dict[int, BodyPose]
     """Last target pose of each body that follows a controller."""
     arrays: tuple[np.ndarray, ...]
-    """Copies of the arrays that change during the simulation, in the order of `_changing`."""
+    """Copies of the arrays that change during the simulation, in the order of `changing`."""
 
 
-def digest(scene: Scene, options: Options) -> str:
-    """Return a hash of scene, options and source code, which determine a rollout."""
-    text = f"{scene.model_dump_json()}{options!r}{source_digest()}"
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def copy_arrays(system: System) -> tuple[np.ndarray, ...]:
-    """Copy all arrays that time steps change and later steps read."""
-    return tuple(array.copy() for array in _changing(system))
-
-
-def set_arrays(system: System, arrays: tuple[np.ndarray, ...]) -> None:
-    """Copy the arrays from `copy_arrays` back into the system."""
-    for array, saved in zip(_changing(system, arrays[0]), arrays, strict=True):
-        array[...] = saved
-
-
-def _changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.ndarray]:
+def changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.ndarray]:
     """Yield the arrays that time steps change and later steps read, the counters first.
 
     The number of edge pairs in use comes from `counters`, or from the system's own counters if None.

@@ -16,9 +16,6 @@ from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactMesh, ContactState
 from tatamu.simulation.native.options import ContactOptions
 
-KEPT_APART = 1.5
-"""Distance within which candidates must always be complete [thicknesses]; the margin is the rest of the search's."""
-
 
 @allocating
 def order_by_height(x: np.ndarray, contact: ContactState) -> None:
@@ -56,7 +53,8 @@ def refresh(
     paired.
     """
     motion.follow(positions, contact)
-    margin = mesh.search_distance - KEPT_APART * mesh.thickness
+    # candidates must always be complete within 1.5 thicknesses; the margin is the rest of the search distance
+    margin = mesh.search_distance - 1.5 * mesh.thickness
     if motion.worn_out(positions.x, contact, options.margin_wear * margin):
         search(positions.start, mesh, contact, options, kernels)
         motion.follow(positions, contact)

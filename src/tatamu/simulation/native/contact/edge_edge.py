@@ -22,13 +22,6 @@ FIRST_FRACTION = MANY
 SECOND_FRACTION = 2 * MANY
 GAP = 3 * MANY
 """Index of the first gap in the array that `_measure` fills."""
-SLEEP = 0.9
-"""Fraction of its distance beyond the kept gap by which a pair may approach before it is tested again [-]."""
-MAX_GAPS = 3.0
-"""Maximum distance at the start of the step of pairs that the first sweep corrects [kept gaps]. Later sweeps also
-correct pairs of which the sweep before moved a vertex."""
-TOUCHING = 1e-9
-"""Minimum distance at the start of the step of pairs that are corrected [m]; a closer pair has no direction."""
 
 
 @kernel
@@ -129,7 +122,7 @@ def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, 
         p = chosen[i]
         if distance[i] > kept:
             a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-            far = SLEEP * (distance[i] - kept)
+            far = 0.9 * (distance[i] - kept)  # by which the pair may approach before it is tested again
             wake[p] = counters.longest_path + far
             meets[p] = of_edges(path, a, b, c, d) + far
             if meets[p] > of_edges(reach, a, b, c, d):
@@ -182,9 +175,7 @@ def _push_apart(
     weights = (1.0 - s, s, -(1.0 - t), -t)
     wa, wb, wc, wd = weights
     sx, sy, sz = _combined(positions.start, pair, weights)
-    nx = sx / distance
-    ny = sy / distance
-    nz = sz / distance
+    nx, ny, nz = sx / distance, sy / distance, sz / distance
     gx, gy, gz = _combined(positions.x, pair, weights)
     gap = nx * gx + ny * gy + nz * gz
     push, position_only = correction(gap, distance, wanted, speeds[0], speeds[1])
@@ -226,7 +217,7 @@ def sweep(
     kept = options.edge_gap * mesh.thickness
     wanted = restored * kept
     smallest = kept
-    farthest = MAX_GAPS * kept if first_sweep else np.inf
+    farthest = 3.0 * kept if first_sweep else np.inf  # later sweeps also correct pairs that the sweep before moved
     speeds = (options.clearing_speed * step, options.recovery_speed * step)
     thresholds = (options.noticeable * options.edge_gap * mesh.thickness, options.hard * mesh.thickness)
     numbers = (counters.sweep, counters.outer_step + options.restless_steps)
@@ -248,7 +239,7 @@ def sweep(
         if first_sweep:
             _let_sleep(contact, chosen, near, n, kept)
         for i in range(_first_too_near(near[GAP:], n, wanted), n):
-            if near[i] < TOUCHING or near[i] > farthest:
+            if near[i] < 1e-9 or near[i] > farthest:  # a pair that touches has no direction
                 continue
             q = chosen[i]
             a, b, c, d = pairs[q, 0], pairs[q, 1], pairs[q, 2], pairs[q, 3]

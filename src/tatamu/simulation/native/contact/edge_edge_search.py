@@ -15,11 +15,6 @@ from tatamu.simulation.native.contact.state import ContactMesh, ContactState
 from tatamu.simulation.native.geometry import Vector, closest_on_segments, dot, unit
 from tatamu.simulation.native.options import ContactOptions
 
-RADII = 1.87
-"""Upper bound on half of an edge plus the distance of another edge from its triangle's centroid [triangle radii]."""
-MARGIN_PART = 0.5
-"""Fraction of the margin within which edges are paired beyond one thickness [-]."""
-
 
 @allocating
 def _newly_guarded(
@@ -57,12 +52,7 @@ def _mark_near(edge: np.ndarray, e: int, near_start: np.ndarray, near: np.ndarra
 
 
 @allocating
-def search(
-    x: np.ndarray,
-    mesh: ContactMesh,
-    contact: ContactState,
-    options: ContactOptions,
-) -> None:
+def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: ContactOptions) -> None:
     """Pair each newly guarded edge with the edges near it, except its neighbours in the same flat cloth."""
     shape = shape_of(x, mesh.faces)
     edge_edge = contact.edge_edge
@@ -77,8 +67,9 @@ def search(
     crease = options.crease_cosine
     guarded = edge_edge.guarded
     newly = _newly_guarded(mesh, guarded, contact.activity.pressed, face_normal, options.ridge_cosine)
-    reach = mesh.thickness + MARGIN_PART * (mesh.search_distance - mesh.thickness)
-    around = reach + RADII * mesh.triangle_radius
+    reach = mesh.thickness + 0.5 * (mesh.search_distance - mesh.thickness)  # half of the margin
+    # an upper bound on half of an edge plus the distance of another edge from its triangle's centroid
+    around = reach + 1.87 * mesh.triangle_radius
     grid = grid_of(shape.centroid, 0.5 * around)
     sorted_centroid = shape.centroid[grid.order]
     is_near = np.full(mesh.faces.shape[0], -1)  # the last guarded edge that has this triangle next to it on the cloth

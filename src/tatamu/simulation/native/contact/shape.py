@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tatamu.simulation.native.compiled import allocating
-from tatamu.simulation.native.geometry import TINY_LENGTH, dot, normal_of
+from tatamu.simulation.native.geometry import TINY_LENGTH, dot, normal_of, unit
 
 
 class Shape(NamedTuple):
@@ -35,10 +35,7 @@ def shape_of(x: np.ndarray, faces: np.ndarray) -> Shape:
     for t in range(m):
         a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
         nx, ny, nz = normal_of(x, a, b, c)
-        scale = 1.0 / (np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH)
-        face_normal[t, 0] = scale * nx
-        face_normal[t, 1] = scale * ny
-        face_normal[t, 2] = scale * nz
+        face_normal[t, 0], face_normal[t, 1], face_normal[t, 2] = unit(nx, ny, nz)
         mx = (x[a, 0] + x[b, 0] + x[c, 0]) / 3.0
         my = (x[a, 1] + x[b, 1] + x[c, 1]) / 3.0
         mz = (x[a, 2] + x[b, 2] + x[c, 2]) / 3.0

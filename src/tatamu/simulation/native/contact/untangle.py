@@ -70,10 +70,8 @@ def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: floa
     of t, and R along the curve of intersection, from the edge into its triangle.
     """
     p, q = mesh.edges[e, 0], mesh.edges[e, 1]
-    normal_x, normal_y, normal_z = normal_of(x, mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2])
-    nx, ny, nz = unit(normal_x, normal_y, normal_z)
-    edge_x, edge_y, edge_z = difference(x, q, p)
-    ex, ey, ez = unit(edge_x, edge_y, edge_z)
+    nx, ny, nz = unit(*normal_of(x, mesh.faces[t, 0], mesh.faces[t, 1], mesh.faces[t, 2]))
+    ex, ey, ez = unit(*difference(x, q, p))
     lean = ex * nx + ey * ny + ez * nz
     gx, gy, gz = 0.0, 0.0, 0.0
     for side in range(2):
@@ -87,13 +85,9 @@ def _shortening(x: np.ndarray, e: int, t: int, mesh: ContactMesh, flattest: floa
         rx, ry, rz = unit(up * ex - lean * ix, up * ey - lean * iy, up * ez - lean * iz)  # N x (E x I)
         inwards = rx * (ix - along * ex) + ry * (iy - along * ey) + rz * (iz - along * ez)
         if not inwards > 0.0:
-            rx = -rx
-            ry = -ry
-            rz = -rz
+            rx, ry, rz = -rx, -ry, -rz
         slope = 2.0 * (ex * rx + ey * ry + ez * rz) / np.copysign(max(abs(lean), flattest), lean)
-        gx = gx + rx - slope * nx
-        gy = gy + ry - slope * ny
-        gz = gz + rz - slope * nz
+        gx, gy, gz = gx + rx - slope * nx, gy + ry - slope * ny, gz + rz - slope * nz
     return gx, gy, gz
 
 

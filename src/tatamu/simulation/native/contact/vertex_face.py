@@ -26,13 +26,6 @@ from tatamu.simulation.native.contact.state import PARTNERS, ContactMesh, Contac
 from tatamu.simulation.native.geometry import TINY_LENGTH, Vector, cross, difference, normal_of
 from tatamu.simulation.native.options import ContactOptions
 
-MAX_TRIANGLES = 4
-"""Maximum number of moves of a partner to a neighbouring triangle in one sweep."""
-AWAKE = 1.1
-"""Maximum distance of pairs that are tested in every sweep [thicknesses]; pairs that are farther apart sleep."""
-SLEEP = 0.8
-"""Fraction of its distance beyond one thickness by which a pair may approach before it is tested again [-]."""
-
 
 @kernel
 def _barycentric(
@@ -49,9 +42,7 @@ def _barycentric(
     bb = (qx * nx + qy * ny + qz * nz) / square
     bc = (rx * nx + ry * ny + rz * nz) / square
     length = np.sqrt(square)
-    nx = nx / length
-    ny = ny / length
-    nz = nz / length
+    nx, ny, nz = nx / length, ny / length, nz / length
     return 1.0 - bb - bc, bb, bc, nx, ny, nz, nx * px + ny * py + nz * pz
 
 
@@ -169,7 +160,7 @@ def sweep(
             continue  # nothing has changed here since the last sweep
 
         # Narrow phase: follow the partner to the triangle that the vertex is over.
-        for _ in range(MAX_TRIANGLES):
+        for _ in range(4):  # moves to a neighbouring triangle in one sweep
             a, b, c = faces[t, 0], faces[t, 1], faces[t, 2]
             ba, bb, bc, nx, ny, nz, height = _barycentric(x, v, a, b, c)
             corner = 0 if ba <= bb and ba <= bc else (1 if bb <= bc else 2)
@@ -199,9 +190,10 @@ def sweep(
         side = side_of[v, k]
         gap = side * height
         if gap >= wanted:
-            if first and gap > AWAKE * thickness:
+            if first and gap > 1.1 * thickness:  # pairs that are farther apart sleep
                 anchor_triangle[v, k] = -1
-                far = SLEEP * (side * _height(start, v, a, b, c) - thickness)
+                # the way by which the pair may approach before it is tested again
+                far = 0.8 * (side * _height(start, v, a, b, c) - thickness)
                 wake[v, k] = counters.longest_path + far
                 meets[v, k] = of_vertex_and_face(path, v, a, b, c) + far
             continue
@@ -227,9 +219,7 @@ def sweep(
             restless[a] = restless_until
             restless[b] = restless_until
             restless[c] = restless_until
-        nx = side * nx
-        ny = side * ny
-        nz = side * nz
+        nx, ny, nz = side * nx, side * ny, side * nz
 
         # Coulomb friction: towards the anchor, by no more than mu times the push.
         if anchor_triangle[v, k] != t:

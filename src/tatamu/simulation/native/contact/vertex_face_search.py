@@ -15,9 +15,6 @@ from tatamu.simulation.native.contact.state import ABOVE, BELOW, EXTRA, ContactM
 from tatamu.simulation.native.geometry import dot, point_triangle
 from tatamu.simulation.native.options import ContactOptions
 
-SURELY_BESIDE = 0.3
-"""Minimum height over a nearly parallel triangle's plane at which a vertex is surely on this side [thicknesses]."""
-
 
 @allocating
 def search(x: np.ndarray, mesh: ContactMesh, vertex_face: VertexFace, options: ContactOptions) -> None:
@@ -45,7 +42,7 @@ def _nearest_on_both_sides(
     around = mesh.search_distance**2 + mesh.triangle_radius**2
     grid = grid_of(shape.centroid, np.sqrt(around))
     sorted_centroid = shape.centroid[grid.order]
-    sure = SURELY_BESIDE * mesh.thickness
+    sure = 0.3 * mesh.thickness  # height at which a vertex is surely on this side
     crease = options.crease_cosine
     level = options.level_cosine
     is_near = np.full(faces.shape[0], -1)  # the last vertex that has this triangle next to it on the cloth

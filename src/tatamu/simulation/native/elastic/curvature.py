@@ -64,9 +64,7 @@ def _operators(
     columns = np.zeros((len(faces), 3, 3))
     area = areas(rest, faces)
     for q in range(3):
-        i = (q + 1) % 3
-        j = (q + 2) % 3
-        k = q
+        i, j = (q + 1) % 3, (q + 2) % 3
         side = frames[:, j] - frames[:, i]
         length = np.linalg.norm(side, axis=1)
         normal = np.column_stack([side[:, 1], -side[:, 0]]) / length[:, None]
@@ -76,7 +74,7 @@ def _operators(
         rows[none, q] = nn[none] * [1.0, 1.0, 2.0]
         h = at[has, q]
         face = faces[has]
-        own_second = hinges[h, 2] != face[:, k]  # this triangle contains x3 and not x2
+        own_second = hinges[h, 2] != face[:, q]  # this triangle contains x3 and not x2
         forward = hinges[h, 0] == face[:, i]
         sign = np.where(own_second == forward, -1.0, 1.0)
         t_own, l_own, t_far, l_far = (
@@ -87,16 +85,10 @@ def _operators(
         columns[has, :, q] = (-sign * length[has] * share / area[has])[:, None] * nn[has]
         p = frames[has, i]
         far = p + t_far[:, None] * side[has] + l_far[:, None] * normal[has]
-        points = (p, frames[has, j], frames[has, k], far)
-        weights = (
-            (1 - t_own) / l_own + (1 - t_far) / l_far,
-            t_own / l_own + t_far / l_far,
-            -1 / l_own,
-            -1 / l_far,
-        )
+        points = (p, frames[has, j], frames[has, q], far)
+        weights = ((1 - t_own) / l_own + (1 - t_far) / l_far, t_own / l_own + t_far / l_far, -1 / l_own, -1 / l_far)
         for x, w in zip(points, weights, strict=True):
-            u = x[:, 0]
-            v = x[:, 1]
+            u, v = x.T
             rows[has, q] += (sign * w)[:, None] * np.column_stack([u * u / 2, v * v / 2, u * v])
     return rows, columns
 

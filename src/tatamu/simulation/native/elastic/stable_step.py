@@ -31,10 +31,7 @@ def hinge_gradients(rest: np.ndarray, hinges: np.ndarray) -> tuple[sparse.csr_ar
     measures = bending.scratch(table, count, 0, np.float64)
     bending.measure(X, table, measures)
     rows = measures.gradients.reshape(-1, 8, BLOCK).transpose(1, 0, 2).reshape(8, -1)[:, :count]
-    d2 = rows[0:3]
-    d3 = rows[3:6]
-    t2 = rows[6]
-    t3 = rows[7]
+    d2, d3, t2, t3 = rows[0:3], rows[3:6], rows[6], rows[7]
     parts = [-(1 - t2) * d2 - (1 - t3) * d3, -t2 * d2 - t3 * d3, d2, d3]
     flat = np.where(np.abs(measures.g) < 1e-9, 0.0, measures.g)
     return _derivatives(np.stack(parts).transpose(2, 0, 1), hinges, len(rest)), flat

@@ -1,1 +1,1 @@
-"""The layout of vertices and elements in memory, with which loops are fast, and the compiled functions on disk."""
+"""The layout of vertices and elements in memory, with which loops are fast."""

@@ -17,8 +17,6 @@ from tatamu.simulation.native.memory.lattice import patches
 BLOCK = 528
 """Number of elements that are computed together, so that intermediate values stay in the nearest cache. It is no power
 of two, because rows at such a distance would use the same cache lines."""
-MIN_BAND = 24
-"""Minimum number of elements (triangles or hinges) that form a band."""
 FULLEST = 2.0
 """Maximum ratio of slots to vertices [-], above which vertices are not arranged in rows."""
 
@@ -98,7 +96,7 @@ def bands(elements: np.ndarray, total: int) -> Bands:
     table: list[list[int]] = []
     order: list[np.ndarray] = []
     loose = np.ones(count, dtype=bool)
-    for g in np.flatnonzero(np.bincount(group) >= MIN_BAND):
+    for g in np.flatnonzero(np.bincount(group) >= 24):  # elements that are worth a band
         members = np.flatnonzero(group == g)
         first = elements[members, 0]
         low = int(first.min())

@@ -16,8 +16,6 @@ MIN_PATCH = 40
 """Minimum number of vertices in a patch; smaller ones are not worth a band."""
 SKEW = 0.35
 """Maximum distance of the fourth corner of a parallelogram from its position on the lattice [shared edges]."""
-EDGE_SKEW = 0.7
-"""The same for a vertex at a border that cuts through cells."""
 
 Places = dict[int, tuple[int, int]]
 
@@ -71,7 +69,7 @@ def _grow(seed: list[int], mesh: _Mesh) -> Places:
     while queue:
         queue += _place_around(queue.popleft(), mesh, places, full, SKEW)
     for v in list(places):
-        _place_around(v, mesh, places, full, EDGE_SKEW)
+        _place_around(v, mesh, places, full, 0.7)  # at a border that cuts through cells
     for v in places:
         mesh.taken[v] = True
     return places

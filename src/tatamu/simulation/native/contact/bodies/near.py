@@ -17,10 +17,6 @@ from tatamu.simulation.native.geometry import copy, longest_displacement
 
 MARGIN = 0.01
 """Margin of wide candidates beyond the contact distance [m]."""
-WEAR = 0.7
-"""Fraction of the margin that motion may use up [-]; the rest allows for motion by contact."""
-SLACK = 5e-4
-"""Allowance of narrow candidates for motion beyond that by the velocities at the start of the round [m]."""
 
 
 @kernel
@@ -50,7 +46,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
     near = bodies.near
     moves = longest_way + _body_motion(bodies, bodies.start, bodies.end)
     worn = longest_displacement(x, near.searched_at) + _body_motion(bodies, near.searched_pose, bodies.start)
-    search = worn + moves > WEAR * MARGIN
+    search = worn + moves > 0.7 * MARGIN  # the rest allows for motion by contact
     if search:
         copy(x, near.searched_at)
         copy(bodies.start.position, near.searched_pose.position)
@@ -76,7 +72,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
             _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, bodies.held[b], marked, b, wide)
         else:
             _to_local(x, rotation, position, wide.vertices[b, : counts[0]], near.local)
-        far = bodies.half[b] + (reach + SLACK)
+        far = bodies.half[b] + (reach + 5e-4)  # an allowance for motion beyond that by the velocities
         _filter(
             mesh,
             near.local,

@@ -16,10 +16,6 @@ from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import Activity
 from tatamu.simulation.native.geometry import TINY_LENGTH, Vector
 
-LEVER = 2.0
-"""Maximum motion of a vertex by one push [pushes]. Without the limit, a push near a held vertex would move the free
-vertices of the edge or triangle much farther than the point."""
-
 
 class Frame(NamedTuple):
     """One body in one round of contact, and the cloth in its frame."""
@@ -117,9 +113,7 @@ def gap_of(frame: Frame, corners: tuple[int, int, int], weights: Vector) -> tupl
     d, nx, ny, nz = distance(frame.half, frame.radius, px, py, pz)
     d0, mx, my, mz = distance(frame.half, frame.radius, qx, qy, qz)
     if nx * mx + ny * my + nz * mz < 0.0:
-        wx = px - qx
-        wy = py - qy
-        wz = pz - qz
+        wx, wy, wz = px - qx, py - qy, pz - qz
         if d + d0 < np.sqrt(wx * wx + wy * wy + wz * wz):
             return d0 + wx * mx + wy * my + wz * mz, d0, (mx, my, mz)
     return d, d0, (nx, ny, nz)
@@ -153,21 +147,16 @@ def correct(
     nx, ny, nz = normal
     px, py, pz = between(frame.local, corners, weights)
     qx, qy, qz = between(frame.local0, corners, weights)
-    sx = px - qx
-    sy = py - qy
-    sz = pz - qz
+    sx, sy, sz = px - qx, py - qy, pz - qz
     along = sx * nx + sy * ny + sz * nz
-    sx -= along * nx
-    sy -= along * ny
-    sz -= along * nz
+    sx, sy, sz = sx - along * nx, sy - along * ny, sz - along * nz
     slip = np.sqrt(sx * sx + sy * sy + sz * sz) + TINY_LENGTH
     held = min(1.0, rule.friction * push / slip)
-    lx = push * nx - held * sx
-    ly = push * ny - held * sy
-    lz = push * nz - held * sz
+    lx, ly, lz = push * nx - held * sx, push * ny - held * sy, push * nz - held * sz
     lever = 1.0
     for v, w in ((a, wa), (b, wb), (c, wc)):
-        lever = min(lever, LEVER * weight / (w * inverse_mass[v] + TINY_LENGTH))
+        # without a limit, a push near a held vertex would move the free ones much farther than the point
+        lever = min(lever, 2.0 * weight / (w * inverse_mass[v] + TINY_LENGTH))
     for v, w in ((a, wa), (b, wb), (c, wc)):
         part = lever * w * inverse_mass[v] / weight
         if part == 0.0:

@@ -8,16 +8,12 @@ from tatamu.simulation.native.compiled import kernel
 
 BISECTIONS = 14
 """Number of bisections, which find the nearest point of an edge of 20 mm to about a micrometre."""
-LEVEL = 1e-9
-"""Maximum slope of the distance along an edge that counts as parallel to the surface of the body [-]."""
 
 
 @kernel
 def distance(half: np.ndarray, radius: float, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Return the signed distance of a point from a body [m], negative inside, and the outward unit normal there."""
-    qx = abs(x) - half[0]
-    qy = abs(y) - half[1]
-    qz = abs(z) - half[2]
+    qx, qy, qz = abs(x) - half[0], abs(y) - half[1], abs(z) - half[2]
     sx = 1.0 if x >= 0.0 else -1.0
     sy = 1.0 if y >= 0.0 else -1.0
     sz = 1.0 if z >= 0.0 else -1.0
@@ -40,9 +36,7 @@ def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, wi
 
     It is -1 if the distance is smallest at an end, or is nowhere below `within` [m].
     """
-    ex = b[0] - a[0]
-    ey = b[1] - a[1]
-    ez = b[2] - a[2]
+    ex, ey, ez = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     at_a, nx, ny, nz = distance(half, radius, a[0], a[1], a[2])
     down = nx * ex + ny * ey + nz * ez  # change of the distance over the edge, by its slope at the beginning
     at_b, nx, ny, nz = distance(half, radius, b[0], b[1], b[2])
@@ -54,7 +48,7 @@ def along_edge(half: np.ndarray, radius: float, a: np.ndarray, b: np.ndarray, wi
         return -1.0
     low = 0.0
     high = 1.0
-    level = LEVEL * np.sqrt(ex * ex + ey * ey + ez * ez)
+    level = 1e-9 * np.sqrt(ex * ex + ey * ey + ez * ez)  # a smaller slope counts as parallel to the surface
     for _ in range(BISECTIONS):
         s = 0.5 * (low + high)
         _, nx, ny, nz = distance(half, radius, a[0] + s * ex, a[1] + s * ey, a[2] + s * ez)

@@ -93,15 +93,14 @@ def bodies_of(
     orientations = np.empty((count, steps + 1, 4))
     corners = np.zeros((count, CORNERS, 3))
     corner_count = np.ones(count, dtype=np.int64)
+    vertices = len(mesh.inverse_mass)
+    held = np.zeros((count, vertices), dtype=np.bool_)
     for number, body in enumerate(bodies):
         positions[number], orientations[number] = body.path(times)
         signs = [(-1.0, 1.0) if half > 0.0 else (0.0,) for half in body.core]
         own = np.array(list(product(*signs))) * body.core
         corners[number, : len(own)] = own
         corner_count[number] = len(own)
-    vertices = len(mesh.inverse_mass)
-    held = np.zeros((count, vertices), dtype=np.bool_)
-    for number, body in enumerate(bodies):
         for gripper in grippers:
             if body.hand is not None and gripper.hand == body.hand:
                 held[number, gripper.vertices] = True

@@ -72,9 +72,7 @@ def _normal(local: np.ndarray, a: int, b: int, c: int) -> tuple[float, float, fl
     """Return the unit normal of a triangle, and the height of the body's centre, the origin, over its plane [m]."""
     nx, ny, nz = normal_of(local, a, b, c)
     scale = 1.0 / (np.sqrt(nx * nx + ny * ny + nz * nz) + TINY_LENGTH)
-    nx *= scale
-    ny *= scale
-    nz *= scale
+    nx, ny, nz = nx * scale, ny * scale, nz * scale
     return nx, ny, nz, -(nx * local[a, 0] + ny * local[a, 1] + nz * local[a, 2])
 
 
@@ -93,9 +91,7 @@ def _weights_at(local: np.ndarray, a: int, b: int, c: int, point: np.ndarray) ->
     """Return the barycentric coordinates of a point's projection on a triangle."""
     nx, ny, nz = normal_of(local, a, b, c)
     square = nx * nx + ny * ny + nz * nz + TINY_LENGTH
-    px = point[0] - local[a, 0]
-    py = point[1] - local[a, 1]
-    pz = point[2] - local[a, 2]
+    px, py, pz = point[0] - local[a, 0], point[1] - local[a, 1], point[2] - local[a, 2]
     ux, uy, uz = difference(local, b, a)
     wx, wy, wz = difference(local, c, a)
     qx, qy, qz = cross(px, py, pz, wx, wy, wz)
