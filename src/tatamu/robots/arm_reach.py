@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.chain import Chain
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2

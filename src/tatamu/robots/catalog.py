@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.robots.arm import Arm
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.description import (
     ArmDescription,
@@ -20,7 +21,7 @@ from tatamu.robots.description import (
     read_description,
 )
 from tatamu.robots.extras import needed, quiet
-from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.model import Robot, StartPose
 from tatamu.robots.modelfile import ModelFile, give, limit_continuous
 from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description, check_kinematics

@@ -12,17 +12,17 @@ import numpy as np
 
 from tatamu.folding.fingers import PAD
 from tatamu.robots import grasp
-from tatamu.robots.chain import turn_weights
+from tatamu.robots.arm import MIN_HELD, Arm
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth
-from tatamu.robots.contacts import touches
-from tatamu.robots.jaw import MIN_HELD
-from tatamu.robots.model import Arm
+from tatamu.robots.extras import needed
+from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
-from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS
+from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS, link_name
 from tatamu.robots.paths import Paths, PlacedFold, tool_poses
 from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
+from tatamu.robots.stage import stage
 
 EVERY = 4
 """Number of samples of the robot's motion from one computation of distances between links to the next.
@@ -124,8 +124,8 @@ class Checks:
 
     def _turn(self) -> PlanCheck:
         turned = []
-        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.folding, strict=True):
-            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * turn_weights(len(arm.joints))
+        for X_BT, (R_BT, _, _), chain in zip(self._tools, self._task.grips, self._paths.chains, strict=True):
+            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * chain.turn_weights
             turned.append(np.linalg.norm(turn, axis=1))
         worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
         name = self._task.robot.folding[worst].name
@@ -207,6 +207,40 @@ class Checks:
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
         value = fold.timed.duration / float(times[-1] - times[0])
         return self._check(value, MAX_SLOWING / self._motion.speed_scale, "1", slowest, "slowest")
+
+
+def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> dict[str, Distance]:
+    """Return the smallest distance of each kind of pair of shapes, if it is below the limit in `DISTANCES`.
+
+    This is a second check in addition to `Clearance`, and shares only the list of pairs with it: MuJoCo's collision
+    detection finds the pairs that are near, in every one of n configurations of the robot.
+
+    Args:
+        robot: The robot.
+        table_height: Height of the table top in the base B [m].
+        configurations: Angles of all nq joints in n configurations [rad], shape (n, nq).
+    """
+    mujoco = needed("mujoco")
+    limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
+    model = stage(robot, table_height, limits).compile()
+    clearance = Clearance(robot)
+    clearance.set_table(table_height)
+    pairs = {}  # the kind and the two links of each pair of shapes that is tested
+    for kind, *names in clearance.pairs:
+        first, second = (int(model.geom(name).id) for name in names)
+        pairs[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
+    data = mujoco.MjData(model)
+    found: dict[str, Distance] = {}
+    for row, q in enumerate(configurations):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        for contact in data.contact[: data.ncon]:
+            kind, links = pairs[frozenset(contact.geom.tolist())]
+            if contact.dist < limits[kind] and (kind not in found or contact.dist < found[kind].value):
+                found[kind] = Distance(float(contact.dist), row, links)
+    return found
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.clearance import FAR, Distance
 from tatamu.robots.extras import needed
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
 from tatamu.robots.placement import Grip, Hold
-from tatamu.robots.pose import into, inverse, out_of, pose
+from tatamu.robots.pose import frame_pose, into, inverse, out_of, pose
 from tatamu.simulation.rollout import Rollout
 
 AT_THE_JAW = 0.04
@@ -55,8 +56,7 @@ def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold]
 def _boxes_behind_fingers(robot: Robot, arm: Arm) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the boxes of the shapes that move with the tool and are no fingers."""
     data, model = robot.at_rest(), robot.model
-    tool = data.site(arm.site)
-    X_TW = inverse(pose(tool.xmat.reshape(3, 3), tool.xpos))
+    X_TW = inverse(frame_pose(data.site(arm.site)))
     return [
         (
             X_TW @ pose(data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]),

@@ -15,9 +15,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
 from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
-from tatamu.robots.chain import MIN_JOINTS, too_few_joints
-from tatamu.robots.interfaces import LeRobotNames, Numbers, RosNames
-from tatamu.robots.jaw import Jaw
+from tatamu.robots.arm import Jaw, LeRobotNames, Numbers, RosNames
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
@@ -89,8 +87,11 @@ class ArmDescription(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.joints) < MIN_JOINTS:
-            raise ValueError(too_few_joints(len(self.joints)))
+        if len(self.joints) < 5:
+            raise ValueError(
+                f"joints must be at least 5, given {len(self.joints)}: three move the hand and two keep the jaw "
+                "across the hem at its tilt; an arm with fewer cannot"
+            )
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must have one value for each of {len(self.joints)} joints")

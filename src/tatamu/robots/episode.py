@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.lerobot import LeRobotWriter, vector
-from tatamu.robots.model import Arm, Robot, state_names
-from tatamu.robots.motion import SHUT
-from tatamu.robots.plan import RobotPlan
+from tatamu.robots.arm import Arm
+from tatamu.robots.model import Robot, state_names
+from tatamu.robots.plan import SHUT, RobotPlan
 from tatamu.study.folder import ResultFolder
 
 FPS = 30

@@ -12,9 +12,9 @@ import numpy as np
 from tatamu.base.files import replacing
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
-from tatamu.robots.pose import into, out_of, pose
+from tatamu.robots.pose import frame_pose, into, out_of
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.robots.stage import Poser, load_stage
+from tatamu.robots.stage import Poser, link_shapes, load_stage
 from tatamu.show.palette import BACK, FRONT
 from tatamu.simulation.rollout import Rollout
 
@@ -77,8 +77,7 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
     """Return the nearest camera that shows the robot and the table during the whole film."""
-    shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
-    shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
+    shown = [k for k in link_shapes(model) if model.geom(k).name not in SIDES]
     poses = np.linspace(0, poser.poses - 1, LOOKS).astype(int)
     links = np.concatenate([poser.pose(int(row)).geom_xpos[shown] for row in poses])
     table = model.geom(TABLE)
@@ -149,7 +148,7 @@ def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: 
     in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)
-        vertices = into(pose(geom.xmat.reshape(3, 3), geom.xpos), in_base)
+        vertices = into(frame_pose(geom), in_base)
         start = int(model.mesh(side).vertadr[0])
         model.mesh_vert[start : start + len(vertices)] = vertices
         mujoco.mjr_uploadMesh(model, renderer._mjr_context, model.mesh(side).id)

@@ -14,10 +14,11 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import unwritable, write_json, write_text
 from tatamu.base.version import __version__
+from tatamu.folding.manipulation import VIA_EVERY
+from tatamu.robots.arm import Arm
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
 from tatamu.robots.goals import write_goals
-from tatamu.robots.model import Arm
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
 from tatamu.robots.placement import Hold
@@ -167,7 +168,7 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     """Return the positions of the simulated hands at the via-points, and the times at which the robot is there."""
     task = plan.task
     fold = plan.motion.part("fold")
-    times = plan.via_times
+    times = plan.task.hands.times
     fine = np.linspace(0, fold.timed.duration, 20001)
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
@@ -175,7 +176,7 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     offsets = np.array([offset for _, offset, _ in task.grips])
     tools = tool_poses(task.robot, chains, q)[:, :, :3, 3] - offsets[:, None]
     return ToolViaPoints(
-        every_frames=task.hands.every_frames,
+        every_frames=VIA_EVERY,
         frames=[task.hands.frame(float(time)) for time in times],
         simulated_times=times.tolist(),
         times=driven.tolist(),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.robots.jaw import Jaw
+from tatamu.robots.arm import Jaw
 from tatamu.robots.motion import Motion
 from tatamu.robots.paths import PlacedFold
 

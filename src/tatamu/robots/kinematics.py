@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.chain import LENGTH, Chain
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 
 REACHED = 2e-6
 """Limit for the error of a tool pose [m]. If the error is smaller, the tool has reached its target pose.

@@ -16,11 +16,11 @@ from tatamu.report.measures import MEASURES
 from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, beside
 from tatamu.robots.checks import in_words
-from tatamu.robots.links import link_boxes
 from tatamu.robots.pose import into
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.robots.report import AS_FLOATING, as_planned, halved
+from tatamu.robots.stage import link_boxes
 from tatamu.show.chart import Chart, Plot, axis, line, traces
 from tatamu.show.page import render
 from tatamu.show.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data

@@ -19,8 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.extras import needed
-from tatamu.robots.model import TABLE, Arm, Robot
+from tatamu.robots.model import TABLE, Robot
 
 ON_TABLE, FINGERS, OBSTACLES, CLOTH = "to the table", "of fingers to the table", "to obstacles", "to the cloth"
 
@@ -47,7 +48,7 @@ DISTANCES = {
 }
 """Limits for each kind of distance. Links are represented by boxes that contain them.
 
-That of fingers and table is smaller than `jaw.GAP`, the planned distance of the lower finger above the table.
+That of fingers and table is smaller than `arm.GAP`, the planned distance of the lower finger above the table.
 """
 KINDS = tuple(kind for kind in DISTANCES if kind != CLOTH)
 """Kinds of distances between shapes of the model."""

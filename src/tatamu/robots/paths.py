@@ -106,13 +106,12 @@ class Paths:
         self.task = task
         self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.folding)
 
-    def stages(self, lower_speed: float, raise_speed: float, rate: float) -> list[Stage]:
+    def stages(self, lower_speed: float, raise_speed: float) -> list[Stage]:
         """Return all stages in order.
 
         Args:
             lower_speed: Speed of the tools towards the cloth [m/s].
             raise_speed: Speed of the tools along the table and away from the cloth [m/s].
-            rate: Maximum speed during the fold, relative to the hands in the simulation.
 
         Raises:
             Refused: If an arm cannot follow the hands.
@@ -127,7 +126,7 @@ class Paths:
             Stage("approach", CubicSpline([0, 1], [home, lower(0)]), np.inf),
             Stage("lower", lower, lower_speed),
             Stage("enter", enter, raise_speed),
-            Stage("fold", fold, rate),
+            Stage("fold", fold, 1.0),  # the robot is never faster than the simulated hands
             Stage("raise", leave, raise_speed),
             Stage("return", CubicSpline([0, 1], [leave(LIFT), home]), np.inf),
         ]

@@ -73,7 +73,7 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
 
 def _middle(plan: RobotPlan) -> np.ndarray:
     """Return the middle of both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
-    points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
+    points = plan.task.hands.at(plan.task.hands.times).reshape(-1, 3)
     return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
 
 
@@ -100,7 +100,7 @@ def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
 
 def _draw_hands(drawing: Drawing, plan: RobotPlan) -> None:
     task = plan.task
-    points = out_of(task.placement.matrix, task.hands.at(plan.via_times))
+    points = out_of(task.placement.matrix, task.hands.at(plan.task.hands.times))
     for arm, path in zip(task.robot.folding, points, strict=True):
         colour = COLOURS[arm.name]
         drawing.line(path[:, :2], colour, 2.5)

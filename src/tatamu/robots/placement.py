@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.base.errors import TatamuError
+from tatamu.robots.arm import Arm, Jaw
 from tatamu.robots.chain import Chain
-from tatamu.robots.jaw import Jaw
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.pose import out_of, pose, turn
 
 LIFT = 0.06

@@ -8,11 +8,12 @@ from itertools import product
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.arm_reach import CLEAR, HOPELESS, ArmReach, follow
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.pairs import DISTANCES, KINDS
 from tatamu.robots.placement import Hold, Placement, Refused, grid, holds_of, neighbours
 from tatamu.simulation.rollout import Rollout

@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.robots.arm import Arm
 from tatamu.robots.chain import FULL_JOINTS, Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.model import Arm, Robot
-from tatamu.robots.pose import inverse, pose
+from tatamu.robots.model import Robot
+from tatamu.robots.pose import frame_pose, inverse
 
 DRAWS = 32
 MAX_NUMBER = 1e4
@@ -81,8 +82,7 @@ def check_kinematics(robot: Robot) -> None:
     """
     mujoco = needed("mujoco")
     data = robot.at_rest()
-    base = data.body(robot.base)
-    X_BW = inverse(pose(base.xmat.reshape(3, 3), base.xpos))
+    X_BW = inverse(frame_pose(data.body(robot.base)))
     for configuration in _draws(robot):
         data.qpos[:] = configuration
         mujoco.mj_kinematics(robot.model, data)
@@ -91,8 +91,7 @@ def check_kinematics(robot: Robot) -> None:
             chain = Chain.of(robot, arm)
             angles = configuration[[robot.columns[name] for name in arm.joints]]
             X_BT = chain.trunk_pose(trunk) @ chain.tool(angles[None])[0][0]
-            tool = data.site(arm.site)
-            error = np.abs(X_BT - X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos))
+            error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
             if not error.max() <= SAME_POSE:
                 raise InputError(
                     f"robot {robot.name}: {arm.name}: the two computations of the tool's position differ by "
@@ -260,8 +259,8 @@ def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
     angles = _within(robot.limits(arm), np.random.default_rng(0))
     best = float(Chain.of(robot, arm).singularity(angles).max())
     if not best > MIN_RANK:
-        needed_ones = min(len(arm.joints), FULL_JOINTS)
+        directions = min(len(arm.joints), FULL_JOINTS)
         raise InputError(
-            f"{path}: {arm.name}.joints: must move and turn the tool in {needed_ones} directions, given fewer (the "
+            f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the "
             f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
         )
