@@ -56,7 +56,7 @@ class Chain:
         return cls(
             offsets=np.diff(origins, axis=0, prepend=0.0),
             axes=axes,
-            rest=robot.rest[[robot.columns[name] for name in arm.joints]],
+            rest=robot.rest[robot.arm_columns(arm)],
             X_LT=pose(X_BT[:3, :3], X_BT[:3, 3] - origins[-1]),
             limits=robot.limits(arm),
             trunk_origin=trunk * [1, 1, 0],

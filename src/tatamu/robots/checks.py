@@ -12,7 +12,7 @@ import numpy as np
 
 from tatamu.folding.fingers import PAD
 from tatamu.robots import grasp
-from tatamu.robots.arm import MIN_HELD, Arm
+from tatamu.robots.arm import MIN_HELD
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth
 from tatamu.robots.extras import needed
@@ -91,9 +91,6 @@ class Checks:
             where=f"{what} {where}".strip(),
             frame=frame,
         )
-
-    def _columns(self, arm: Arm) -> list[int]:
-        return [self._task.robot.columns[name] for name in arm.joints]
 
     def _margin(self) -> PlanCheck:
         model, q = self._task.robot.model, self._motion.angles
@@ -192,7 +189,7 @@ class Checks:
     def _singularity(self) -> PlanCheck:
         worst = np.array(
             [
-                chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
+                chain.singularity(self._motion.angles[self._fold][:, self._task.robot.arm_columns(arm)])
                 for chain, arm in zip(self._paths.chains, self._task.robot.folding, strict=True)
             ]
         )

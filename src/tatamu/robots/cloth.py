@@ -93,7 +93,8 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     rows = pairs_of(task.robot).rows
     geoms = rows[ON_TABLE][:, 0] if ON_TABLE in rows else rows[FINGERS][:0, 0]
     best = Distance(FAR, 0, ("", ""))
-    for row in _rows(motion):
+    during = (motion.times >= motion.part("lower").start) & (motion.times <= motion.part("raise").end)
+    for row in np.flatnonzero(during)[::EVERY]:
         points = out_of(task.placement.matrix, cloth.positions[_frame(task, motion, cloth, row)])
         free = (np.linalg.norm(points - tools[:, row, None, :3, 3], axis=2) > AT_THE_JAW).all(axis=0)
         points = points[free] @ R_WB.T + p_WB
@@ -105,12 +106,6 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
             if near.min() < best.value:
                 best = Distance(float(near.min()), int(row), (link_name(model, int(geom)), "cloth"))
     return best
-
-
-def _rows(motion: Motion) -> np.ndarray:
-    last = motion.part("raise")
-    inside = (motion.times >= motion.part("lower").start) & (motion.times <= last.start + last.timed.duration)
-    return np.flatnonzero(inside)[::EVERY]
 
 
 def _frame(task: PlacedFold, motion: Motion, cloth: Rollout, row: int) -> int:

@@ -198,7 +198,7 @@ def files_of(path: Path) -> list[Path]:
         InputError: If the description or another file cannot be read.
     """
     description = read_description(path)
-    disturbances_in_description(path, description)
+    disturbances_of(path)
     found = [path]
     for model in description.models:
         found += model_of(path, description, model).files
@@ -213,7 +213,12 @@ def disturbances_of(path: Path) -> Disturbances | None:
     Raises:
         InputError: If the description or the file of disturbances cannot be read, or a field is wrong.
     """
-    return disturbances_in_description(path, read_description(path))
+    own = read_description(path).disturbances
+    if own is None:
+        return None
+    if isinstance(own, str):
+        return read_disturbances(path.parent / own)
+    return disturbances_in(own, f"{path}: disturbances")
 
 
 def read_description(path: Path) -> Description:
@@ -223,16 +228,6 @@ def read_description(path: Path) -> Description:
         InputError: If the description cannot be read, or a field is wrong.
     """
     return validated(Description, read_toml(path), path)
-
-
-def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
-    """Return the disturbances of a description; None if the description has no disturbances."""
-    own = description.disturbances
-    if own is None:
-        return None
-    if isinstance(own, str):
-        return read_disturbances(path.parent / own)
-    return disturbances_in(own, f"{path}: disturbances")
 
 
 def model_of(path: Path, description: Description, model: str) -> ModelFile:

@@ -77,7 +77,7 @@ def follow(
         found[:, robot.columns[robot.trunk]] = trunk
     missed: list[Missed] = []
     for arm, chain, poses in zip(robot.folding, chains, tools, strict=True):
-        columns = [robot.columns[name] for name in arm.joints]
+        columns = robot.arm_columns(arm)
         angles = start[None, columns]
         for point, target in enumerate(chain.before_trunk(poses, trunk)):
             solved, reached = chain.solve(target[None], angles, STEPS, REACHED, DAMPING)

@@ -97,6 +97,10 @@ class Robot:
         """Index of each joint's angle in MuJoCo's vector qpos, by the name of the joint."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
+    def arm_columns(self, arm: Arm) -> list[int]:
+        """Return the indices of an arm's joints in MuJoCo's vector qpos."""
+        return [self.columns[name] for name in arm.joints]
+
     @cached_property
     def finger_columns(self) -> dict[str, int]:
         """Index of each finger joint in MuJoCo's vector qpos."""
@@ -154,7 +158,7 @@ class Robot:
         stands = {arm.name: arm.initial for arm in self.arms}
         stands |= {arm.name: given for arm, given in zip(arms or self.folding, angles, strict=True)}
         for arm in self.arms:
-            qpos[..., [self.columns[name] for name in arm.joints]] = stands[arm.name]
+            qpos[..., self.arm_columns(arm)] = stands[arm.name]
         if self.trunk is not None and trunk is not None:
             qpos[..., self.columns[self.trunk]] = trunk
         return qpos
@@ -163,7 +167,7 @@ class Robot:
         """Return the maximum speeds [rad/s] and accelerations [rad/s^2] in plans, shape (nq,) each."""
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
-            columns = [self.columns[name] for name in arm.joints]
+            columns = self.arm_columns(arm)
             speed[columns], acceleration[columns] = arm.planned_speed, arm.planned_acceleration
         if self.trunk is not None:
             column = self.columns[self.trunk]

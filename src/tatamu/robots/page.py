@@ -45,11 +45,14 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
         replay=_replay(rehearsal, fold) if fold else None,
         title=f"{title(fold.learned)}, {robot}" if fold and fold.learned else robot,
         good=as_planned(figures) and (fold is None or fold.apart.mean() <= AS_FLOATING),
-        events=_events(rehearsal),
+        events=[(time / rehearsal.times[-1], name) for name, time in _marks(rehearsal).items()],
         figures=figures,
         fold=fold,
         mesh=halved(fold.halvings) if fold and fold.halvings else "",
-        columns=_columns(figures),
+        columns=[
+            Column(name, Score.model_validate(score))
+            for name, score in (figures["fold"]["scores"] if figures["fold"] else {}).items()
+        ],
         measures=MEASURES,
         views=_views(fold),
         rehearsal=rehearsal,
@@ -63,12 +66,6 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
             ("real time factor", f"{rehearsal.real_time_factor:.1f}"),
         ],
     )
-
-
-def _columns(figures: dict[str, Any]) -> list[Column]:
-    """Return table columns with the scores of the robot's fold, the fold by floating hands, and the learned fold."""
-    scores = figures["fold"]["scores"] if figures["fold"] else {}
-    return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 
 
 def _views(fold: Refold | None) -> list[TopView]:
@@ -106,12 +103,9 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
     return replay_data(rollout, fold.scene, hands, scale, link_boxes(rehearsal.planned, rehearsal.angles[moved], times))
 
 
-def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
-    """Return the marks under the replay's slider."""
-    return [
-        (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
-        for name in ("close", "open")
-    ]
+def _marks(rehearsal: Rehearsal) -> dict[str, float]:
+    """Return the times of the events that are marked [s], by their names."""
+    return {name: rehearsal.planned.event(rehearsal.planned.arms[0], name) for name in ("close", "open")}
 
 
 def _following(rehearsal: Rehearsal) -> list[Chart]:
@@ -123,7 +117,7 @@ def _following(rehearsal: Rehearsal) -> list[Chart]:
         if np.ptp(column) > 1e-6
     }
     tools = dict(zip(rehearsal.planned.arms, 1e3 * rehearsal.tool_distances[:, ::every], strict=True))
-    marks = [rehearsal.planned.event(rehearsal.planned.arms[0], name) for name in ("close", "open")]
+    marks = list(_marks(rehearsal).values())
     return [
         Chart("Joints", _curves(times, joints, "off the plan [mrad]", marks)),
         Chart("Tools", _curves(times, tools, "off the plan [mm]", marks)),

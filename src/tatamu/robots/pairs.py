@@ -92,7 +92,7 @@ def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
     table = int(model.geom(TABLE).id)
     for number, a in enumerate(shapes):
         if a.depth >= 1 and only in (None, a.arm):
-            rows[_at_table(robot, a.geom)].append((a.geom, table))
+            rows[FINGERS if link_name(model, a.geom) in robot.fingers else ON_TABLE].append((a.geom, table))
         for b in shapes[number + 1 :]:
             first, second = (a, b) if a.arm else (b, a)
             kind = _kind(first, second)
@@ -118,11 +118,6 @@ def link_name(model: Any, geom: int) -> str:
 def hand_shapes(robot: Robot, arm: Arm) -> list[int]:
     """Return the numbers of the shapes that all joints of an arm move: the hand with its fingers."""
     return [shape.geom for shape in _shapes(robot) if shape.arm == arm.name and shape.depth == len(arm.joints)]
-
-
-def _at_table(robot: Robot, geom: int) -> str:
-    """Return the kind of a pair that consists of a shape and the table."""
-    return FINGERS if link_name(robot.model, geom) in robot.fingers else ON_TABLE
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:

@@ -93,7 +93,7 @@ def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.nda
     trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
     return np.array(
         [
-            chain.trunk_pose(trunk) @ chain.tool(q[:, [robot.columns[name] for name in arm.joints]])[0]
+            chain.trunk_pose(trunk) @ chain.tool(q[:, robot.arm_columns(arm)])[0]
             for chain, arm in zip(chains, robot.folding, strict=True)
         ]
     )
@@ -117,10 +117,15 @@ class Paths:
             Refused: If an arm cannot follow the hands.
         """
         first, last = float(self.task.hands.times[0]), float(self.task.hands.times[-1])
-        lower = self._lower(first, self._before())
-        enter = self._enter(first, lower(LIFT))
+        lift, under = np.linspace(0, LIFT, 7), np.linspace(0, UNDER, 5)
+        # The tools move along their axes down to the table, next to the edge of the cloth.
+        beside = self._beside(first, np.full(len(lift), UNDER), LIFT - lift)
+        lower = self._line(first, lift, beside, self._before(), 0.0)
+        # They move to the edge of the cloth, with one finger under the cloth and one finger over it.
+        enter = self._line(first, under, self._beside(first, UNDER - under), lower(LIFT), 0.0)
         fold = self._fold(enter(UNDER))
-        leave = self._leave(last, fold(last))
+        # They leave the folded edge along their axes, so no finger lifts the edge.
+        leave = self._line(last, lift, self._back(last, lift), fold(last), 1.0)
         home = self.task.robot.initial
         return [
             Stage("approach", CubicSpline([0, 1], [home, lower(0)]), np.inf),
@@ -152,21 +157,6 @@ class Paths:
         ahead = np.array([ahead for _, _, ahead in self.task.grips])
         tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]
         return tools
-
-    def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the path down to the table, next to the edge of the cloth. The tools move along their axes."""
-        s = np.linspace(0, LIFT, 7)
-        return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
-
-    def _enter(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the path to the edge of the cloth, with one finger under the cloth and one finger over it."""
-        s = np.linspace(0, UNDER, 5)
-        return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
-
-    def _leave(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the path away from the folded edge. The tools move along their axes, so no finger lifts the edge."""
-        s = np.linspace(0, LIFT, 7)
-        return self._line(time, s, self._back(time, s), start, 1.0)
 
     def _line(self, time: float, s: np.ndarray, tools: np.ndarray, start: np.ndarray, progress: float) -> CubicSpline:
         trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])

@@ -190,7 +190,8 @@ def grid(robot: Robot, points: np.ndarray, heights: tuple[float, float], straigh
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
     reach = min(chain.reach for chain in chains)
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 4)
-    heading = _heading(points)
+    x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
+    heading = float(np.arctan2(y, x))  # direction in which the hands move
     return [
         _beginning(
             robot.front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw - heading, points, turning
@@ -213,12 +214,6 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
     )
     found = [Placement(best.x + x, best.y + y, best.z + z, best.yaw + yaw, best.turning) for x, y, z, yaw in steps]
     return [place for place in found if heights[0] <= place.z <= heights[1] and place.begins(points) >= front]
-
-
-def _heading(points: np.ndarray) -> float:
-    """Return the direction in which the hands move [rad]."""
-    x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
-    return float(np.arctan2(y, x))
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:

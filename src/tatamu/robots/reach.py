@@ -59,10 +59,6 @@ class PlacementRanking:
         return int((self.quality >= 0).sum())
 
 
-def silent(done: int) -> None:
-    """Report nothing."""
-
-
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float]:
     """Return the range of table heights [m] at which the initial pose is free.
 
@@ -87,7 +83,7 @@ def best_placements(
     hands: HandMotion,
     heights: tuple[float, float],
     cloth: Rollout | None = None,
-    progress: Progress = silent,
+    progress: Progress = lambda done: None,
 ) -> PlacementRanking:
     """Search placements in front of the robot from which it can do a fold, the best first.
 
@@ -109,7 +105,16 @@ def best_placements(
         for placement in neighbours(best, points, heights, robot.front)
     ]
     fine = search(robot, hands, around, fine=True, cloth=cloth, progress=lambda done: progress(half + done))
-    return joined(coarse, fine)
+    quality = np.concatenate([coarse.quality, fine.quality])
+    order = np.argsort(-quality, kind="stable")
+    placements, holds = coarse.placements + fine.placements, coarse.holds + fine.holds
+    return PlacementRanking(
+        [placements[i] for i in order],
+        [holds[i] for i in order],
+        quality[order],
+        np.hstack([coarse.reached, fine.reached])[:, order],
+        coarse.times,
+    )
 
 
 def first_placement(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
@@ -119,26 +124,13 @@ def first_placement(robot: Robot, hands: HandMotion, heights: tuple[float, float
     return found if found.good else best_placements(robot, hands, heights)
 
 
-def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
-    """Return the results of two searches as one result, the best placement first."""
-    order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
-    placements, holds = first.placements + second.placements, first.holds + second.holds
-    return PlacementRanking(
-        [placements[i] for i in order],
-        [holds[i] for i in order],
-        np.concatenate([first.quality, second.quality])[order],
-        np.hstack([first.reached, second.reached])[:, order],
-        first.times,
-    )
-
-
 def search(
     robot: Robot,
     hands: HandMotion,
     placements: list[Placement],
     fine: bool = False,
     cloth: Rollout | None = None,
-    progress: Progress = silent,
+    progress: Progress = lambda done: None,
     enough: int = ASKED,
 ) -> PlacementRanking:
     """Rate the given placements, and return them in the order of their quality, the best first.

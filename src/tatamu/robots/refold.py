@@ -28,9 +28,6 @@ from tatamu.simulation.simulators import capabilities, named
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
-MAX_HALVINGS = 2
-"""Maximum number of times that the edges of a mesh are halved. Each halving divides a triangle into four triangles."""
-
 
 @dataclass(frozen=True)
 class Refold:
@@ -76,12 +73,12 @@ class Refold:
 
 
 def halvings_for(scene: Scene, simulator: str) -> int:
-    """Return how many times the edges of a scene's mesh must be halved, so that the simulator can use the mesh."""
+    """Return how many times, at most twice, the edges of a scene's mesh must be halved for a simulator."""
     coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
     needed = int(np.ceil(np.log2(max(cells / coarsest, 1e-9))))
-    return min(max(0, needed), MAX_HALVINGS)
+    return min(max(0, needed), 2)
 
 
 def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) -> Refold | None:
@@ -106,13 +103,10 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     both = [subdivided(one, count) for one in (scene, learned)]
     robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
     known, why_not = _rebuilt(folder)
-    target = _target(folder, len(learned.cloth.vertices))
-    return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
-
-
-def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
     target = folder.rollout.extra.get("target") if folder.rollout_file.is_file() else None
-    return target if target is not None and target.shape == (count, 3) else None
+    if target is not None and target.shape != (len(learned.cloth.vertices), 3):
+        target = None
+    return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
 
 
 def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:

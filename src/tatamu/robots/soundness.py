@@ -89,7 +89,7 @@ def check_kinematics(robot: Robot) -> None:
         trunk = np.array(0.0 if robot.trunk is None else configuration[robot.columns[robot.trunk]])
         for arm in robot.arms:
             chain = Chain.of(robot, arm)
-            angles = configuration[[robot.columns[name] for name in arm.joints]]
+            angles = configuration[robot.arm_columns(arm)]
             X_BT = chain.trunk_pose(trunk) @ chain.tool(angles[None])[0][0]
             error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
             if not error.max() <= SAME_POSE:

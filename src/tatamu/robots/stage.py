@@ -14,7 +14,7 @@ from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
 from tatamu.robots.modelfile import read_stage
-from tatamu.robots.planned import Planned
+from tatamu.robots.planfile import Planned
 from tatamu.robots.pose import frame_pose, into
 
 MODEL = "robot.xml"
