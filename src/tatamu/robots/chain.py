@@ -64,8 +64,7 @@ class Chain:
 
     @cached_property
     def _skews(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        skews = [np.cross(np.eye(3), axis) for axis in self.axes]
-        return [(K, K @ K) for K in skews]
+        return [(K, K @ K) for K in (np.cross(np.eye(3), axis) for axis in self.axes)]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
         """Return the pose of the base as turned by the trunk, for each trunk angle [rad], shape (.., 4, 4)."""

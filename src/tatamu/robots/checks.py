@@ -6,23 +6,20 @@ A check has the worst value during the motion, the limit of this value, and the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tatamu.folding.fingers import PAD
-from tatamu.robots import grasp
-from tatamu.robots.arm import MIN_HELD
+from tatamu.robots.arm import MIN_HELD, Jaw
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth
-from tatamu.robots.extras import needed
-from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
-from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS, link_name
+from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS
 from tatamu.robots.paths import Paths, PlacedFold, tool_poses
 from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
-from tatamu.robots.stage import stage
+from tatamu.robots.stage import touches
 
 EVERY = 4
 """Number of samples of the robot's motion from one computation of distances between links to the next.
@@ -43,6 +40,10 @@ MAX_SLOWING = 5.0
 A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, for example at half
 the speed, the limit is raised accordingly.
 """
+UNDERNEATH = 0.003
+"""Maximum height of the lower finger above the table when the jaws start to close [m]."""
+ASKEW = 5e-3
+"""Tolerance by which the angle of the jaws about the vertical may exceed `Jaw.yaw` [rad]."""
 
 
 class Checks:
@@ -138,21 +139,18 @@ class Checks:
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """Check how the hands grasp the edges of the cloth. If two hands fold, the worse hand counts."""
-        row, takes = grasp.takes(self._task, self._motion, self._tools)
+        row = int(self._motion.rows("close")[0])
+        takes = _takes(self._task, self._tools[:, row])
 
-        def worst(
-            value: Callable[[grasp.Take], float], limit: float, unit: str = "m", least: bool = False
-        ) -> PlanCheck:
+        def worst(value: Callable[[_Take], float], limit: float, unit: str = "m", least: bool = False) -> PlanCheck:
             take = (min if least else max)(takes, key=value)
             return self._check(value(take), limit, unit, row, take.arm, least=least)
 
         return {
             "hem_in_the_open_jaw": worst(lambda take: take.depth, PAD, least=True),
             "cloth_in_the_closed_jaw": worst(lambda take: take.held, MIN_HELD, least=True),
-            "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
-            "jaw_across_the_hem": worst(
-                lambda take: take.askew, max(take.jaw.yaw for take in takes) + grasp.ASKEW, "rad"
-            ),
+            "lower_finger_under_the_hem": worst(lambda take: take.lowest, UNDERNEATH),
+            "jaw_across_the_hem": worst(lambda take: take.askew, max(take.jaw.yaw for take in takes) + ASKEW, "rad"),
             "jaw_opening": worst(lambda take: take.jaw.opening, min(take.jaw.widest for take in takes)),
         }
 
@@ -206,37 +204,37 @@ class Checks:
         return self._check(value, MAX_SLOWING / self._motion.speed_scale, "1", slowest, "slowest")
 
 
-def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> dict[str, Distance]:
-    """Return the smallest distance of each kind of pair of shapes, if it is below the limit in `DISTANCES`.
+@dataclass(frozen=True)
+class _Take:
+    """The grasp of one hand at the moment when its jaw starts to close; see docs/theory/grasp.md."""
 
-    This is a second check in addition to `Clearance`, and shares only the list of pairs with it: MuJoCo's collision
-    detection finds the pairs that are near, in every one of n configurations of the robot.
+    arm: str
+    jaw: Jaw
+    depth: float
+    """Distance from the cloth's edge to the place where the fingertips will meet [m]."""
+    held: float
+    """Depth to which the cloth is between the fingertips after the jaw has closed [m]."""
+    lowest: float
+    """Height of the lower finger of the open jaw above the table [m]."""
+    askew: float
+    """Angle by which the jaw deviates from the plane at right angles to the cloth's edge, seen from above [rad]."""
 
-    Args:
-        robot: The robot.
-        table_height: Height of the table top in the base B [m].
-        configurations: Angles of all nq joints in n configurations [rad], shape (n, nq).
-    """
-    mujoco = needed("mujoco")
-    limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
-    model = stage(robot, table_height, limits).compile()
-    clearance = Clearance(robot)
-    clearance.set_table(table_height)
-    pairs = {}  # the kind and the two links of each pair of shapes that is tested
-    for kind, *names in clearance.pairs:
-        first, second = (int(model.geom(name).id) for name in names)
-        pairs[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
-    data = mujoco.MjData(model)
-    found: dict[str, Distance] = {}
-    for row, q in enumerate(configurations):
-        data.qpos[:] = q
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_collision(model, data)
-        for contact in data.contact[: data.ncon]:
-            kind, links = pairs[frozenset(contact.geom.tolist())]
-            if contact.dist < limits[kind] and (kind not in found or contact.dist < found[kind].value):
-                found[kind] = Distance(float(contact.dist), row, links)
+
+def _takes(task: PlacedFold, tools: np.ndarray) -> list[_Take]:
+    """Return the grasp of each hand from the poses X_BT of the arms' tools when the jaws start to close."""
+    X_BF = task.placement.matrix
+    found = []
+    for arm, curve, X_BT in zip(task.robot.folding, task.hands.curves, tools, strict=True):
+        control, jaw = curve.control, arm.jaw
+        across = X_BF[:2, :2] @ (control[-1] - control[0])[:2]
+        across = across / np.linalg.norm(across)
+        hem = X_BF[:3, :3] @ (control[0] * [1.0, 1.0, 0.0]) + X_BF[:3, 3]
+        opening = X_BT[:3, 1] * (1.0 if X_BT[2, 1] >= 0 else -1.0)
+        seen = opening[:2] / max(float(np.linalg.norm(opening[:2])), 1e-9)
+        depth, height = float((X_BT[:3, 3] - hem)[:2] @ across), float(X_BT[2, 3] - hem[2])
+        lowest = height - (jaw.opening / 2 + jaw.thickness) * float(opening[2])
+        askew = float(np.arccos(np.clip(seen @ across, -1.0, 1.0)))
+        found.append(_Take(arm.name, jaw, depth, jaw.held(depth, height), lowest, askew))
     return found
 
 

@@ -37,7 +37,12 @@ def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
     last = float(plan.motion.times[-1])
     times = np.arange(int(np.ceil(last * FPS)) + 1) / FPS
     values = {STATE: state(plan, times), ACTION: state(plan, np.minimum(times + 1 / FPS, last))}
-    writer.add_episode(values, _task(plan))
+    learned = plan.task.source
+    if isinstance(learned, ResultFolder) and not learned.result_file.exists():
+        writer.add_episode(values, "Fold the cloth.")
+    else:
+        task = learned.record.task
+        writer.add_episode(values, f"Fold the {task.garment} ({task.fold}).")
 
 
 def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
@@ -72,12 +77,3 @@ def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
         return widths
     share = (widths - SHUT) / (arm.jaw.opening - SHUT)
     return np.asarray(names.closed + share * (names.open - names.closed))
-
-
-def _task(plan: RobotPlan) -> str:
-    """Return a text, such as "Fold the towel (half).", that describes the plan in a dataset."""
-    learned = plan.task.source
-    if isinstance(learned, ResultFolder) and not learned.result_file.exists():
-        return "Fold the cloth."
-    task = learned.record.task
-    return f"Fold the {task.garment} ({task.fold})."

@@ -24,13 +24,6 @@ from tatamu.robots.model import Robot
 from tatamu.robots.pose import frame_pose, inverse
 
 DRAWS = 32
-MAX_NUMBER = 1e4
-"""Maximum number in a valid model of a robot [m, rad, kg, kg m^2]."""
-NUMBERS = (
-    *("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size"),
-    *("jnt_pos", "jnt_axis", "jnt_range", "qpos0"),
-)
-"""Fields of a mujoco.MjModel whose numbers are limited by `MAX_NUMBER`."""
 SAME_POSE = 1e-6
 """Maximum difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
 FOLLOWS = 1e-3
@@ -66,7 +59,14 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     _check_equalities(path, robot)
     _check_standing(path, robot)
     for arm in robot.arms:
-        _check_directions(path, robot, arm)
+        angles = _within(robot.limits(arm), np.random.default_rng(0))
+        best = float(Chain.of(robot, arm).singularity(angles).max())
+        if not best > MIN_RANK:
+            directions = min(len(arm.joints), FULL_JOINTS)
+            raise InputError(
+                f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the "
+                f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
+            )
     for arm in robot.arms:
         if not Clearance(robot, ("to the table",), arm.name).kinds:
             raise InputError(
@@ -142,11 +142,13 @@ def _check_names(path: Path, robot: Robot) -> None:
 
 def _check_numbers(path: Path, model: Any) -> None:
     """Refuse models with numbers that no robot has. MuJoCo accepts even infinite numbers."""
-    for name in NUMBERS:
+    limit = 1e4  # [m, rad, kg, kg m^2]
+    bodies = ("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size")
+    for name in (*bodies, "jnt_pos", "jnt_axis", "jnt_range", "qpos0"):
         values = getattr(model, name)
-        if not (np.abs(values) <= MAX_NUMBER).all():
+        if not (np.abs(values) <= limit).all():
             worst = values.flat[int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))]
-            raise InputError(f"{path}: model: {name} must be within {MAX_NUMBER:g} (SI units), given {worst:.4g}")
+            raise InputError(f"{path}: model: {name} must be within {limit:g} (SI units), given {worst:.4g}")
 
 
 def _check_joints(path: Path, model: Any) -> None:
@@ -156,8 +158,7 @@ def _check_joints(path: Path, model: Any) -> None:
     for number in range(model.njnt):
         word = words.get(int(model.jnt_type[number]))
         if word is not None:
-            body = model.body(model.jnt_bodyid[number]).name
-            name = model.joint(number).name
+            name, body = model.joint(number).name, model.body(model.jnt_bodyid[number]).name
             raise InputError(
                 f"{path}: model: the {word} joint {name} of body {body!r} cannot be planned with: every joint must be "
                 "a hinge or a slide; fix the body to its parent, or remove it from the model"
@@ -252,15 +253,3 @@ def _equality(model: Any, number: int) -> str:
     if kind in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)) and int(model.eq_objtype[number]) == body:
         return f"bodies {model.body(first).name} and {model.body(second).name} are joined"
     return f"equality {model.eq(number).name or number} holds"
-
-
-def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
-    """Refuse arms that cannot move in all directions that a fold requires."""
-    angles = _within(robot.limits(arm), np.random.default_rng(0))
-    best = float(Chain.of(robot, arm).singularity(angles).max())
-    if not best > MIN_RANK:
-        directions = min(len(arm.joints), FULL_JOINTS)
-        raise InputError(
-            f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the "
-            f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
-        )

@@ -10,10 +10,11 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import replacing, write_text
-from tatamu.robots.clearance import Clearance
+from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
 from tatamu.robots.modelfile import read_stage
+from tatamu.robots.pairs import DISTANCES, link_name
 from tatamu.robots.planfile import Planned
 from tatamu.robots.pose import frame_pose, into
 
@@ -55,6 +56,40 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
         spec.add_pair(geomname1=first, geomname2=second, margin=(margins or {}).get(kind, 0.0))
     spec.add_key(name="start", qpos=robot.initial)
     return spec
+
+
+def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> dict[str, Distance]:
+    """Return the smallest distance of each kind of pair of shapes, if it is below the limit in `DISTANCES`.
+
+    This is a second check in addition to `Clearance`, and shares only the list of pairs with it: MuJoCo's collision
+    detection finds the pairs that are near, in every one of n configurations of the robot.
+
+    Args:
+        robot: The robot.
+        table_height: Height of the table top in the base B [m].
+        configurations: Angles of all nq joints in n configurations [rad], shape (n, nq).
+    """
+    mujoco = needed("mujoco")
+    limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
+    model = stage(robot, table_height, limits).compile()
+    clearance = Clearance(robot)
+    clearance.set_table(table_height)
+    pairs = {}  # the kind and the two links of each pair of shapes that is tested
+    for kind, *names in clearance.pairs:
+        first, second = (int(model.geom(name).id) for name in names)
+        pairs[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
+    data = mujoco.MjData(model)
+    found: dict[str, Distance] = {}
+    for row, q in enumerate(configurations):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        for contact in data.contact[: data.ncon]:
+            kind, links = pairs[frozenset(contact.geom.tolist())]
+            if contact.dist < limits[kind] and (kind not in found or contact.dist < found[kind].value):
+                found[kind] = Distance(float(contact.dist), row, links)
+    return found
 
 
 def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
