@@ -93,6 +93,12 @@ class Checks:
             frame=frame,
         )
 
+    def _worst(self, values: np.ndarray, limit: float, unit: str, least: bool = False) -> PlanCheck:
+        """Check the worst value of all arms at the n samples of the fold, shape (arms, n)."""
+        arm, row = np.unravel_index(int(values.argmin() if least else values.argmax()), values.shape)
+        name = self._task.robot.folding[arm].name
+        return self._check(values[arm, row], limit, unit, int(self._fold[row]), name, least)
+
     def _margin(self) -> PlanCheck:
         model, q = self._task.robot.model, self._motion.angles
         names = [name for name in self._task.robot.joints if model.joint(name).limited[0]]
@@ -117,25 +123,20 @@ class Checks:
         p_FT = into(X_BF, p_BH)
         curves = self._task.hands.curves
         error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
-        arm, row = np.unravel_index(int(error.argmax()), error.shape)
-        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.folding[arm].name)
+        return self._worst(error, PATH_ERROR, "m")
 
     def _turn(self) -> PlanCheck:
         turned = []
         for X_BT, (R_BT, _, _), chain in zip(self._tools, self._task.grips, self._paths.chains, strict=True):
             turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * chain.turn_weights
             turned.append(np.linalg.norm(turn, axis=1))
-        worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
-        name = self._task.robot.folding[worst].name
-        return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
+        return self._worst(np.array(turned), TURN_ERROR, "rad")
 
     def _speed(self) -> PlanCheck:
         """Check that the tools are never faster than the highest speed of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
-        arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
-        limit = 1.005 * self._task.hands.top_speed
-        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
+        return self._worst(speed, 1.005 * self._task.hands.top_speed, "m/s")
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """Check how the hands grasp the edges of the cloth. If two hands fold, the worse hand counts."""
@@ -191,9 +192,7 @@ class Checks:
                 for chain, arm in zip(self._paths.chains, self._task.robot.folding, strict=True)
             ]
         )
-        arm, row = np.unravel_index(int(worst.argmin()), worst.shape)
-        name = self._task.robot.folding[arm].name
-        return self._check(worst.min(), MIN_SINGULARITY, "1", int(self._fold[row]), name, least=True)
+        return self._worst(worst, MIN_SINGULARITY, "1", least=True)
 
     def _scaling(self) -> PlanCheck:
         """Check that the robot is not too slow: the fold's duration on the robot, divided by its simulated duration."""

@@ -22,8 +22,6 @@ AT_THE_JAW = 0.04
 """Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""
 EVERY = 20
 """Number of samples of the robot's motion from one computation of the distance to the next."""
-FRAME_EVERY = 3
-"""Number of simulated frames from one test of a hand's orientation to the next."""
 
 
 def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold], cloth: Rollout | None) -> np.ndarray:
@@ -34,7 +32,7 @@ def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold]
     """
     if cloth is None:
         return np.ones(len(holds), dtype=bool)
-    frames = cloth.times[(cloth.times >= hands.times[0]) & (cloth.times <= hands.times[-1])][::FRAME_EVERY]
+    frames = cloth.times[(cloth.times >= hands.times[0]) & (cloth.times <= hands.times[-1])][::3]  # every third
     times = np.concatenate([hands.times[:1], frames, hands.times[-1:]])
     rows = np.searchsorted(cloth.times, times[:-1]).clip(max=len(cloth.times) - 1)
     points = cloth.positions[[0, *rows[1:], -1]]

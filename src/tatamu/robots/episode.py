@@ -54,7 +54,10 @@ def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
     columns: list[np.ndarray] = []
     for arm in robot.arms:
         angles = [np.interp(times, motion.times, motion.angles[:, robot.columns[name]]) for name in arm.joints]
-        columns += [*arm.lerobot.values(np.stack(angles, axis=1)).T, _gripper(arm, widths(plan, arm, times))]
+        gripper, names = widths(plan, arm, times), arm.lerobot
+        if names.open is not None and names.closed is not None:  # the gripper has own values, not widths in metres
+            gripper = names.closed + (gripper - SHUT) / (arm.jaw.opening - SHUT) * (names.open - names.closed)
+        columns += [*names.values(np.stack(angles, axis=1)).T, gripper]
     if robot.trunk is not None:
         columns.append(np.interp(times, motion.times, motion.angles[:, robot.columns[robot.trunk]]))
     return np.stack(columns, axis=1)
@@ -68,12 +71,3 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
         done = np.clip((times - command.time) / max(command.duration, 1e-9), 0.0, 1.0)
         found += done * (command.width - before.width)
     return found
-
-
-def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """Return the gripper's values in LeRobot for jaw widths [m]."""
-    names = arm.lerobot
-    if names.open is None or names.closed is None:
-        return widths
-    share = (widths - SHUT) / (arm.jaw.opening - SHUT)
-    return np.asarray(names.closed + share * (names.open - names.closed))

@@ -26,9 +26,6 @@ from tatamu.show.page import render
 from tatamu.show.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
 
-POINTS = 400
-"""Maximum number of points in a curve of the page."""
-
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
     """Write `report.html` and return its path; `figures` has the contents of rehearsal.json."""
@@ -109,7 +106,7 @@ def _marks(rehearsal: Rehearsal) -> dict[str, float]:
 
 
 def _following(rehearsal: Rehearsal) -> list[Chart]:
-    every = max(1, len(rehearsal.times) // POINTS)
+    every = max(1, len(rehearsal.times) // 400)  # about as many points in a curve
     times = rehearsal.times[::every]
     joints = {
         name: 1e3 * column

@@ -98,9 +98,8 @@ def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
             kind = _kind(first, second)
             if kind is None or only not in (None, a.arm, b.arm):
                 continue
-            (near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else rows[kind]).append(
-                (first.geom, second.geom)
-            )
+            asked = near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else rows[kind]
+            asked.append((first.geom, second.geom))
     stands = _standing(robot, near)
     rows[OBSTACLES] += [pair for pair in near if pair not in stands]
     untested = [(link_name(model, a), link_name(model, b)) for a, b in stands]
@@ -142,15 +141,17 @@ def _shapes(robot: Robot) -> list[_Shape]:
         if not (model.geom_contype[geom] or model.geom_conaffinity[geom]) or model.geom(geom).name == TABLE:
             continue
         body = int(model.geom_bodyid[geom])
-        joints = [
-            number
-            for above in _ancestors(model, body)
-            for number in range(model.body_jntadr[above], model.body_jntadr[above] + model.body_jntnum[above])
-        ]
+        joints = joints_above(model, body)
         moved_by = [arm_of[number] for number in joints if number in arm_of]
         carries = frozenset(name for name, bodies in roots.items() if body in bodies)
-        found.append(_Shape(geom, moved_by[0] if moved_by else "", len(moved_by), carries, not joints))
+        found.append(_Shape(geom, moved_by[-1] if moved_by else "", len(moved_by), carries, not joints))
     return found
+
+
+def joints_above(model: Any, body: int) -> list[int]:
+    """Return the numbers of the joints that move a body, from the base outwards."""
+    firsts = [(int(model.body_jntadr[above]), above) for above in reversed(_ancestors(model, body))]
+    return [number for first, above in firsts for number in range(first, first + int(model.body_jntnum[above]))]
 
 
 def _ancestors(model: Any, body: int) -> list[int]:

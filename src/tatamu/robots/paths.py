@@ -23,7 +23,6 @@ from tatamu.study.result import Result
 
 CLOSE_ENOUGH = 1.5e-4
 """Maximum distance between tools and the hands' curves without a further via-point [m]."""
-ROUNDS = 4
 NEAR, ALIGNED = 1e-4, 1e-3
 """Limits for a tool's distance [m] and angle [rad] from its target pose.
 
@@ -243,7 +242,7 @@ class Paths:
 
     def _fold(self, start: np.ndarray) -> CubicSpline:
         times = self.task.hands.times
-        for _ in range(ROUNDS):
+        for _ in range(4):
             tools = self.task.tools(times)
             q, missed = follow(self.task.robot, self.chains, tools, self.task.trunk(times), start)
             if missed:

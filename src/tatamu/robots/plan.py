@@ -21,15 +21,7 @@ from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, cloth_of
 from tatamu.robots.placement import Placement, Refused
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import (
-    SEARCH,
-    PlacementRanking,
-    Progress,
-    best_placements,
-    out_of_reach,
-    search,
-    table_heights,
-)
+from tatamu.robots.reach import SEARCH, PlacementRanking, best_placements, out_of_reach, search, table_heights
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -166,7 +158,7 @@ def _candidates(
     place: tuple[float, float, float] | None,
     heights: tuple[float, float],
     refusals: list[Refused],
-    progress: Progress,
+    progress: Callable[[int], object],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
     """Return the most promising placements of the fold, each as a fold to plan."""
     cloth = cloth_of(source)

@@ -25,12 +25,6 @@ SAMPLES = 10
 """Number of points on each hand's path for which the arm's reach is tested."""
 ALONE = tuple(kind for kind in KINDS if kind != "between arms")
 """Kinds of distances that depend on the pose of only one arm."""
-TABLE_ROOM = 0.01
-"""Minimum height of the robot's lowest point above the table in the initial pose [m]."""
-ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Fractions of the way from the initial pose to the fold at which distances are also computed."""
-REFINED = 2
-"""Number of the best placements around which further placements are tried."""
 ASKED = 80
 """Maximum number of placements for which distances between links are computed."""
 SEARCH = 2 * ASKED
@@ -68,7 +62,7 @@ def table_heights(robot: Robot, given: float | None = None) -> tuple[float, floa
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
-        high = min(high, lowest - TABLE_ROOM)
+        high = min(high, lowest - 0.01)  # room between the robot's lowest point and the table [m]
     if low <= high and low < lowest:
         return low, high
     raise Refused(
@@ -101,7 +95,7 @@ def best_placements(
     half = SEARCH // 2
     around = [
         placement
-        for best in coarse.placements[: min(REFINED, int((coarse.quality > HOPELESS).sum()))]
+        for best in coarse.placements[: min(2, int((coarse.quality > HOPELESS).sum()))]
         for placement in neighbours(best, points, heights, robot.front)
     ]
     fine = search(robot, hands, around, fine=True, cloth=cloth, progress=lambda done: progress(half + done))
@@ -224,8 +218,8 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return a motion [rad] that starts and ends at the initial pose."""
-    way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
+    """Return a motion [rad] with three poses each on the way from the initial pose and back to it."""
+    way = np.array([0.25, 0.5, 0.75]).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
     return np.concatenate([there, angles, back])
 

@@ -25,7 +25,6 @@ from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
 from tatamu.simulation.simulators import capabilities, named
-from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
 
@@ -102,21 +101,17 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     count = halvings_for(learned, simulator) if halvings is None else halvings
     both = [subdivided(one, count) for one in (scene, learned)]
     robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
-    known, why_not = _rebuilt(folder)
+    known: Result | None = None
+    why_not: str | None = "the plan contains no result.json of the learned fold"
+    if folder.result_file.is_file():
+        try:
+            known, why_not = Result.load(folder.path), None
+        except InputError as error:
+            why_not = str(error)
     target = folder.rollout.extra.get("target") if folder.rollout_file.is_file() else None
     if target is not None and target.shape != (len(learned.cloth.vertices), 3):
         target = None
     return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
-
-
-def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
-    """Return the learned fold from the plan's folder, and the reason why the fold cannot be scored."""
-    if not folder.result_file.is_file():
-        return None, "the plan contains no result.json of the learned fold"
-    try:
-        return Result.load(folder.path), None
-    except InputError as error:
-        return None, str(error)
 
 
 def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:

@@ -22,8 +22,6 @@ from tatamu.robots.stage import MODEL, Poser, data_of, load_stage
 
 STEP = 0.001
 """Time step of the simulation [s]."""
-SAMPLE = 5
-"""Number of time steps of the simulation from one recorded sample to the next."""
 FINGER_PERIOD = 0.01
 """Time between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
@@ -126,7 +124,7 @@ def rehearse(planned: Planned) -> Rehearsal:
         data.ctrl[drives[0]], data.ctrl[drives[1]] = wanted, speed
         due = min(int(data.time / FINGER_PERIOD), len(finger_times) - 1)
         data.ctrl[finger_drives] = [positions[due] for positions in fingers.values()]
-        if step % SAMPLE == 0:
+        if step % 5 == 0:  # every fifth time step is recorded
             samples.append((data.time, data.qpos[columns].copy(), _tools(data, planned)))
         mujoco.mj_step(model, data)
         _note(model, data, touched)

@@ -21,13 +21,10 @@ from tatamu.robots.chain import FULL_JOINTS, Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import Robot
+from tatamu.robots.pairs import joints_above
 from tatamu.robots.pose import frame_pose, inverse
 
 DRAWS = 32
-SAME_POSE = 1e-6
-"""Maximum difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
-FOLLOWS = 1e-3
-"""Maximum violation of an equality constraint between joints of the model [m, rad]."""
 MIN_RANK = 1e-4
 """Limit for the smallest singular value of an arm's Jacobian, as computed by `Chain.singularity`.
 
@@ -92,7 +89,7 @@ def check_kinematics(robot: Robot) -> None:
             angles = configuration[robot.arm_columns(arm)]
             X_BT = chain.trunk_pose(trunk) @ chain.tool(angles[None])[0][0]
             error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
-            if not error.max() <= SAME_POSE:
+            if not error.max() <= 1e-6:  # [m, and entries of the rotation]
                 raise InputError(
                     f"robot {robot.name}: {arm.name}: the two computations of the tool's position differ by "
                     f"{1e3 * error[:3, 3].max():.3g} mm: this model cannot be planned with"
@@ -186,7 +183,8 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
                 f"given {positions[0]:g} and {positions[1]:g}"
             )
     names = [name.removeprefix(prefix) for name in arm.joints]
-    on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(model, model.body(arm.link).id)]
+    above = joints_above(model, model.body(arm.link).id)
+    on_the_way = [str(model.joint(number).name).removeprefix(prefix) for number in above]
     for name in names:
         if name not in on_the_way:
             raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
@@ -195,19 +193,10 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
         raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
 
 
-def _joints_to(model: Any, body: int) -> list[str]:
-    """Return the joints that move a body, from the base outwards."""
-    found: list[str] = []
-    while body:
-        first = int(model.body_jntadr[body])
-        found = [str(model.joint(first + number).name) for number in range(model.body_jntnum[body])] + found
-        body = int(model.body_parentid[body])
-    return found
-
-
 def _check_base(path: Path, robot: Robot) -> None:
     """Refuse a base that an arm moves, or that is not upright."""
-    for joint in _joints_to(robot.model, robot.model.body(robot.base).id):
+    for number in joints_above(robot.model, robot.model.body(robot.base).id):
+        joint = robot.model.joint(number).name
         if joint in robot.joints:
             raise InputError(f"{path}: base: must not move, but {joint} moves {robot.base}")
     tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
@@ -235,7 +224,7 @@ def _check_equalities(path: Path, robot: Robot) -> None:
         mujoco.mj_fwdPosition(model, data)
         rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
         np.maximum.at(worst, data.efc_id[rows], np.abs(data.efc_pos[rows]))
-    broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > FOLLOWS)]
+    broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > 1e-3)]  # [m, rad]
     if broken:
         raise InputError(
             f"{path}: a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; "

@@ -146,14 +146,10 @@ class Poser:
             columns = [int(model.joint(name).qposadr[0]) for name in (*planned.plan.joints, *fingers)]
         except KeyError as error:
             raise InputError(f"{planned.folder / MODEL}: cannot be rehearsed ({one_line(error)})") from None
+        self.poses = len(angles)
         self.data = data_of(model)
         self._model, self._columns = model, columns
         self._positions = np.column_stack([angles, *fingers.values()])
-
-    @property
-    def poses(self) -> int:
-        """Number of prepared poses."""
-        return len(self._positions)
 
     def pose(self, row: int) -> Any:
         """Return the mujoco.MjData in one of the prepared poses, with computed kinematics."""
