@@ -93,7 +93,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     best = Distance(FAR, 0, ("", ""))
     during = (motion.times >= motion.part("lower").start) & (motion.times <= motion.part("raise").end)
     for row in np.flatnonzero(during)[::EVERY]:
-        points = out_of(task.placement.matrix, cloth.positions[_frame(task, motion, cloth, row)])
+        points = out_of(task.placement.matrix, cloth.positions[_frame(motion, cloth, row)])
         free = (np.linalg.norm(points - tools[:, row, None, :3, 3], axis=2) > AT_THE_JAW).all(axis=0)
         points = points[free] @ R_WB.T + p_WB
         data.qpos[:] = motion.angles[row]
@@ -106,7 +106,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     return best
 
 
-def _frame(task: PlacedFold, motion: Motion, cloth: Rollout, row: int) -> int:
+def _frame(motion: Motion, cloth: Rollout, row: int) -> int:
     """Return the index of the cloth's simulated frame that belongs to a sample of the robot's motion."""
     fold, time = motion.part("fold"), motion.times[row]
     if time < fold.start:

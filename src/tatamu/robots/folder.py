@@ -102,10 +102,8 @@ def replacing_folder(out: Path) -> Iterator[Path]:
 
 def plan_file(plan: RobotPlan) -> PlanFile:
     """Return the contents of plan.json."""
-    task = plan.task
-    motion = plan.motion
-    robot = task.robot
-    placement = task.placement
+    task, motion = plan.task, plan.motion
+    robot, placement = task.robot, task.placement
     return PlanFile(
         version=1,
         tatamu=__version__,
@@ -151,7 +149,7 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     """Return the positions of the simulated hands at the via-points, and the times at which the robot is there."""
     task = plan.task
     fold = plan.motion.part("fold")
-    times = plan.task.hands.times
+    times = task.hands.times
     fine = np.linspace(0, fold.timed.duration, 20001)
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])

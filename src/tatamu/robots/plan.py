@@ -85,17 +85,11 @@ class RobotPlan:
             ("fold", closing.end, opening.start, "open"),
             ("leave", opening.end, max(part.end for part in self.motion.parts), ""),
         )
-        return tuple(
-            Segment.model_validate(
-                {
-                    "name": name,
-                    "start": round(begins, 6),
-                    "duration": round(ends - begins, 6),
-                    "then": "" if self.task.hover else then,
-                }
-            )
-            for name, begins, ends, then in spans
-        )
+        found = []
+        for name, begins, ends, then in spans:
+            fields = {"name": name, "start": round(begins, 6), "duration": round(ends - begins, 6)}
+            found.append(Segment.model_validate({**fields, "then": "" if self.task.hover else then}))
+        return tuple(found)
 
 
 def plan_fold(

@@ -122,9 +122,9 @@ def _fold_summary(fold: dict[str, Any]) -> list[str]:
         lines.append(f"not scored: {fold['unscored']}")
     if fold["scores"]:
         lines.append(f"  {'':28}" + "".join(f"{name:>12}" for name in fold["scores"]))
-    measures = MEASURES if fold["scores"] else ()
-    for measure in measures:
-        cells = [measure.text(Score.model_validate(score)) for score in fold["scores"].values()]
-        unit = f" [{measure.unit}]" if measure.unit else ""
-        lines.append(f"  {measure.key.replace('_', ' ') + unit:28}" + "".join(f"{cell:>12}" for cell in cells))
+        scores = [Score.model_validate(score) for score in fold["scores"].values()]
+        for measure in MEASURES:
+            unit = f" [{measure.unit}]" if measure.unit else ""
+            cells = "".join(f"{measure.text(score):>12}" for score in scores)
+            lines.append(f"  {measure.key.replace('_', ' ') + unit:28}{cells}")
     return lines + [f"warning: {warning}" for warning in fold["warnings"]]
