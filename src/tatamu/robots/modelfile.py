@@ -263,29 +263,19 @@ def _mend_dynamics(spec: Any) -> list[str]:
     return found
 
 
-class _ShallowTree(ElementTree.TreeBuilder):
-    """Builds the tree of an XML file, unless its elements are nested too deep or too many."""
-
-    depth = count = 0
-
-    def start(self, tag: Any, attrs: Any) -> Any:
-        self.depth, self.count = self.depth + 1, self.count + 1
-        if self.depth > MAX_DEPTH:
-            raise ValueError(f"elements are nested more than {MAX_DEPTH} deep")
-        if self.count > MAX_ELEMENTS:
-            raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
-        return super().start(tag, attrs)
-
-    def end(self, tag: Any) -> Any:
-        self.depth -= 1
-        return super().end(tag)
-
-
 def _parsed(path: Path) -> ElementTree.Element:
+    """Return the root element of an XML file, unless its elements are nested too deep or too many."""
+    depth = count = 0
     try:
-        parser = ElementTree.XMLParser(target=_ShallowTree())
-        parser.feed(read_bytes(path, MAX_FILE))
-        root: ElementTree.Element = parser.close()
+        events = ElementTree.iterparse(io.BytesIO(read_bytes(path, MAX_FILE)), ("start", "end"))
+        for event, element in events:
+            root = element  # at last, when it ends
+            depth += 1 if event == "start" else -1
+            count += event == "start"
+            if depth > MAX_DEPTH:
+                raise ValueError(f"elements are nested more than {MAX_DEPTH} deep")
+            if count > MAX_ELEMENTS:
+                raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
         if _replicated(root) > MAX_ELEMENTS:
             raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
     except (ElementTree.ParseError, ValueError, LookupError) as error:
