@@ -39,7 +39,7 @@ from tatamu.evaluation.draws import read_outcomes
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
 from tatamu.robots.catalog import described
-from tatamu.robots.planned import Planned
+from tatamu.robots.planfile import Planned
 from tatamu.simulation.material import PRESETS, load_material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.native.simulation import Simulation

@@ -13,8 +13,8 @@ import pytest
 
 from tatamu.lerobot import LeRobotReader
 from tatamu.robots import RobotPlan
+from tatamu.robots.arm import LeRobotNames
 from tatamu.robots.episode import ACTION, FPS, STATE, add_plan, episode_writer, state
-from tatamu.robots.interfaces import LeRobotNames
 from tatamu.robots.model import state_names
 from tests.commands import tatamu
 from tests.robots.folds import folder

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tatamu.robots import RobotPlan, load, plan_fold
+from tatamu.robots.arm import GAP, Jaw
 from tatamu.robots.checks import Checks
 from tatamu.robots.folder import plan_file
-from tatamu.robots.jaw import GAP, Jaw
 from tatamu.robots.model import Robot
 from tatamu.robots.paths import Paths, tool_poses
 from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement, holds_of, tool_paths

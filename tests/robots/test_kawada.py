@@ -7,10 +7,11 @@ import pytest
 
 from tatamu.base.errors import InputError
 from tatamu.robots import load
+from tatamu.robots.arm import Arm
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 
 DATA = json.loads((Path(__file__).parent / "hironx_vectors.json").read_text())
 

@@ -12,7 +12,7 @@ import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, load, plan_fold, save
-from tatamu.robots.planned import Planned
+from tatamu.robots.planfile import Planned
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.stage import load_stage
 from tests.robots.arms import BOX, mjcf, pair_of, urdf

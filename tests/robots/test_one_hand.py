@@ -16,7 +16,7 @@ from tatamu.robots import ReachConstraint, RobotPlan, load, plan_fold, save
 from tatamu.robots.episode import state
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.placement import Placement
-from tatamu.robots.planned import Planned
+from tatamu.robots.planfile import Planned
 from tatamu.robots.reach import search
 from tatamu.robots.refold import refold
 from tatamu.robots.rehearsal import rehearse

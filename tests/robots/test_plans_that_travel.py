@@ -11,9 +11,9 @@ import trimesh
 
 from tatamu.robots import load, plan_fold, save
 from tatamu.robots.film import save_film
-from tatamu.robots.links import link_boxes
-from tatamu.robots.planned import Planned
+from tatamu.robots.planfile import Planned
 from tatamu.robots.rehearsal import rehearse
+from tatamu.robots.stage import link_boxes
 from tests.robots.arms import mjcf, pair_of, urdf
 from tests.robots.folds import folder
 

@@ -15,12 +15,12 @@ from tatamu.folding.task import make_task
 from tatamu.robots import load, plan_fold
 from tatamu.robots import save as save_plan
 from tatamu.robots.film import HEIGHT, WIDTH, framed, save_film
-from tatamu.robots.links import CORNERS, FACES, link_boxes
 from tatamu.robots.page import page
-from tatamu.robots.planned import Planned
+from tatamu.robots.planfile import Planned
 from tatamu.robots.refold import Refold, halvings_for, refold, rehearsed_scene
 from tatamu.robots.rehearsal import Rehearsal, _inertia, rehearse
 from tatamu.robots.report import save, summary
+from tatamu.robots.stage import CORNERS, FACES, link_boxes
 from tatamu.simulation.body import Body
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout

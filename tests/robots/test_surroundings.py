@@ -10,7 +10,7 @@ import pytest
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, RobotPlan, load, plan_fold
 from tatamu.robots.clearance import FAR, Clearance
-from tatamu.robots.contacts import touches
+from tatamu.robots.stage import touches
 from tests.robots.arms import mjcf, pair, pair_of
 from tests.robots.folds import folder
 

@@ -38,7 +38,7 @@ def rehearse(
         os.environ.setdefault("MUJOCO_GL", "egl")  # mujoco reads it only when it is imported
     from tatamu.robots.film import save_film
     from tatamu.robots.page import write_page
-    from tatamu.robots.planned import Planned
+    from tatamu.robots.planfile import Planned
     from tatamu.robots.refold import refold
     from tatamu.robots.rehearsal import rehearse as rehearsed
     from tatamu.robots.report import save, summary

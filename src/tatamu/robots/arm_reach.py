@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.chain import Chain
-from tatamu.robots.model import Arm, Robot
-from tatamu.robots.placement import ASIDE, SHALLOW, Hold, Placement, tool_paths
+from tatamu.robots.model import Robot
+from tatamu.robots.placement import Hold, Placement, tool_paths
 
 GOOD_MARGIN = 0.2
 """Distance from joint limits above which the quality of a motion does not improve [rad]."""
@@ -69,7 +70,7 @@ def follow(
     whole = np.flatnonzero(reached == targets.shape[1])
     quality = np.full(len(targets), 2 * HOPELESS)
     quality[whole] = _quality(chain, arm, angles[whole], steps)
-    shallow = np.array([SHALLOW * (1 - hold.tilt / (np.pi / 2)) + ASIDE * abs(hold.yaw) for hold in holds])
+    shallow = np.array([0.3 * (1 - hold.tilt / (np.pi / 2)) + 0.3 * abs(hold.yaw) for hold in holds])
     quality = quality.reshape(shape)
     quality = np.where(quality > 0, quality / (1 + shallow), quality)
     return ArmReach(quality, reached.reshape(shape), angles.reshape(*shape, *angles.shape[1:]))

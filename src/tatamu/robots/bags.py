@@ -23,12 +23,10 @@ import numpy as np
 
 from tatamu.robots.extras import needed
 from tatamu.robots.plan import RobotPlan
-from tatamu.robots.tables import duration, groups, points
+from tatamu.robots.tables import Group, duration, groups, points
 
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 GRIPPER = "control_msgs/msg/GripperCommand"
-GRIPPER_FIELDS = "float64 position\nfloat64 max_effort\n"
-"""Definition of control_msgs/GripperCommand, which is not among rosbags' own types. Units are [m] and [N]."""
 STAMP = 1_000_000_000
 """Time stamp of the motion's start [ns]. It is not 0, because 0 is not a valid time in ROS."""
 
@@ -61,8 +59,8 @@ def typestore(name: str) -> Any:
     """Return the message types of a ROS release, including the type of gripper commands."""
     typesys = needed("rosbags.typesys")
     store = typesys.get_typestore(typesys.Stores[name])
-    if GRIPPER not in store.types:
-        store.register(typesys.get_types_from_msg(GRIPPER_FIELDS, GRIPPER))
+    if GRIPPER not in store.types:  # rosbags has no own type of it; units are [m] and [N]
+        store.register(typesys.get_types_from_msg("float64 position\nfloat64 max_effort\n", GRIPPER))
     return store
 
 
@@ -79,7 +77,7 @@ def _messages(plan: RobotPlan, store: Any, ending: str) -> list[Sent]:
     """Return all messages in the order of time. The topics of trajectories end in `ending`."""
     controllers = {arm.name: arm.gripper_controller for arm in plan.task.robot.arms}
     trajectories = [
-        Sent(STAMP, f"/{group.controller}/{ending}", TRAJECTORY, _trajectory(plan, group.joints, group.names, store))
+        Sent(STAMP, f"/{group.controller}/{ending}", TRAJECTORY, _trajectory(plan, group, store))
         for group in groups(plan)
     ]
     grippers = [
@@ -94,16 +92,16 @@ def _messages(plan: RobotPlan, store: Any, ending: str) -> list[Sent]:
     return sorted([*trajectories, *grippers], key=lambda sent: sent.time)
 
 
-def _trajectory(plan: RobotPlan, joints: tuple[str, ...], names: tuple[str, ...], store: Any) -> Any:
+def _trajectory(plan: RobotPlan, group: Group, store: Any) -> Any:
     types = store.types
-    times, angles = points(plan, joints)
+    times, angles = points(plan, group.joints)
     header = {"stamp": types["builtin_interfaces/msg/Time"](sec=0, nanosec=0), "frame_id": ""}
     if "seq" in types["std_msgs/msg/Header"].__dataclass_fields__:
         header["seq"] = 0
     empty = np.empty(0)
     return types[TRAJECTORY](
         header=types["std_msgs/msg/Header"](**header),
-        joint_names=list(names),
+        joint_names=list(group.names),
         points=[
             types["trajectory_msgs/msg/JointTrajectoryPoint"](
                 positions=row,

@@ -6,21 +6,16 @@ import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.robots.arm import Arm
 from tatamu.robots.clearance import Clearance
-from tatamu.robots.description import (
-    ArmDescription,
-    Description,
-    disturbances_in_description,
-    model_of,
-    read_description,
-)
+from tatamu.robots.description import ArmDescription, Description, disturbances_of, model_of, read_description
 from tatamu.robots.extras import needed, quiet
-from tatamu.robots.model import Arm, Robot, StartPose
+from tatamu.robots.model import Robot, StartPose
 from tatamu.robots.modelfile import ModelFile, give, limit_continuous
 from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description, check_kinematics
@@ -57,9 +52,8 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
         )
     if name not in NAMES:
         return described(Path(name))
-    lengths = Lengths(wrist_offset, fingertip)
     with quiet():
-        return _assembled(DATA / f"{name}.toml", lengths).robot  # tests check the robots of the package
+        return _assembled(DATA / f"{name}.toml", wrist_offset, fingertip)[0]  # tests check the robots of the package
 
 
 def described(path: Path) -> Robot:
@@ -72,66 +66,61 @@ def described(path: Path) -> Robot:
         robot, prefixes = _assembled(path)
         check_description(path, robot, prefixes)
         check_kinematics(robot)
-        return replace(robot, notes=(*robot.notes, *_untested(path, robot)))
+        near = ", ".join(" and ".join(names) for names in Clearance(robot).untested)
+    note = f"{path}: these links touch at the start, so their distance is not checked: {near}"
+    return replace(robot, notes=(*robot.notes, note)) if near else robot
 
 
-class Lengths(NamedTuple):
-    """Lengths of HIRONX and NEXTAGE Open that differ between robots of these types; None for those of the data."""
+def _with_lengths(
+    description: Description, spec: Any, wrist_offset: float | None, fingertip: float | None
+) -> Description:
+    """Change lengths of a model of HIRONX or NEXTAGE Open, and return the description with the tools at the fingertips.
 
-    wrist_offset: float | None = None
-    """Offset from joint J4 to joint J5 along x [m]."""
-    fingertip: float | None = None
-    """Distance from the origin of the last link to the fingertip, along the link's -x [m]."""
-
-    def apply(self, description: Description, spec: Any) -> Description:
-        """Change the model, and return the description with the tools at the fingertips.
-
-        Raises:
-            InputError: If a length is outside the range that is possible for this wrist or hand.
-        """
-        if self.wrist_offset is not None and not -0.2 <= self.wrist_offset <= 0.0:
-            raise InputError(f"wrist offset: must be from -0.2 to 0 m, given {self.wrist_offset:g}")
-        if self.fingertip is not None and not 0.05 <= self.fingertip <= 0.4:
-            raise InputError(f"fingertip: must be from 0.05 to 0.4 m beyond the wrist, given {self.fingertip:g}")
-        arms = {}
-        for name, arm in description.arms.items():
-            wrist = spec.body(arm.link)
-            if self.wrist_offset is not None:
-                wrist.pos = [self.wrist_offset, *wrist.pos[1:]]
-            if self.fingertip is not None:
-                for finger in arm.jaw.links:
-                    spec.body(finger).pos = [-self.fingertip, 0.0, 0.0]
-                hand = spec.geom(f"{arm.link}_hand")  # the box between the wrist and the fingers
-                start = -hand.pos[0] - hand.size[0]
-                end = max(start + 1e-3, self.fingertip - arm.jaw.length)
-                hand.pos, hand.size = [-(start + end) / 2, 0.0, 0.0], [(end - start) / 2, *hand.size[1:]]
-                tool = arm.tool.model_copy(update={"xyz": (-self.fingertip, 0.0, 0.0)})
-                arms[name] = arm.model_copy(update={"tool": tool})
-        return description.model_copy(update=arms)
+    Raises:
+        InputError: If a length is outside the range that is possible for this wrist or hand.
+    """
+    if wrist_offset is not None and not -0.2 <= wrist_offset <= 0.0:
+        raise InputError(f"wrist offset: must be from -0.2 to 0 m, given {wrist_offset:g}")
+    if fingertip is not None and not 0.05 <= fingertip <= 0.4:
+        raise InputError(f"fingertip: must be from 0.05 to 0.4 m beyond the wrist, given {fingertip:g}")
+    arms = {}
+    for name, arm in description.arms.items():
+        wrist = spec.body(arm.link)
+        if wrist_offset is not None:
+            wrist.pos = [wrist_offset, *wrist.pos[1:]]
+        if fingertip is not None:
+            for finger in arm.jaw.links:
+                spec.body(finger).pos = [-fingertip, 0.0, 0.0]
+            hand = spec.geom(f"{arm.link}_hand")  # the box between the wrist and the fingers
+            start = -hand.pos[0] - hand.size[0]
+            end = max(start + 1e-3, fingertip - arm.jaw.length)
+            hand.pos, hand.size = [-(start + end) / 2, 0.0, 0.0], [(end - start) / 2, *hand.size[1:]]
+            tool = arm.tool.model_copy(update={"xyz": (-fingertip, 0.0, 0.0)})
+            arms[name] = arm.model_copy(update={"tool": tool})
+    return description.model_copy(update=arms)
 
 
-class _Assembled(NamedTuple):
-    robot: Robot
-    prefixes: dict[str, str]
-    """Prefix of the names of each arm's parts in the robot's model."""
-
-
-def _assembled(path: Path, lengths: Lengths | None = None) -> _Assembled:
-    """Return the robot of a description, before it is checked."""
+def _assembled(
+    path: Path, wrist_offset: float | None = None, fingertip: float | None = None
+) -> tuple[Robot, dict[str, str]]:
+    """Return the robot of a description, before it is checked, and the prefix of each arm's names in its model."""
     description = read_description(path)
-    disturbances_in_description(path, description)
+    disturbances_of(path)
     models = {name: model_of(path, description, name) for name in description.models}
-    if lengths is not None and description.model is not None:
-        description = lengths.apply(description, models[description.model].spec)
-    arms = description.arms
     pair = description.model is None
+    if description.model is not None:
+        description = _with_lengths(description, models[description.model].spec, wrist_offset, fingertip)
+    arms = description.arms
     prefixes = {name: f"{name}_" if pair else "" for name in arms}
     files = {name: models[arm.model or description.model or ""] for name, arm in arms.items()}
-    turning = {name: limit_continuous(files[name], arm.joints) for name, arm in arms.items()}
-    spec = _pair(arms, files, prefixes) if pair else _whole(files["larm"])
+    turning = [f"{name} {joint}" for name, arm in arms.items() for joint in limit_continuous(files[name], arm.joints)]
+    spec = _pair(arms, files, prefixes) if pair else files["larm"].spec
+    contents = {asset: content for file in files.values() for asset, content in file.contents.items()}
+    give(spec, contents, tuple(prefixes.values()))
     above: list[str] = []
     larm, rarm = (_arm(path, name, arm, prefixes[name], files[name], above) for name, arm in arms.items())
     trunk = description.trunk
+    standing = {prefixes[name] + joint: at for name, arm in arms.items() for joint, at in arm.standing.items()}
     robot = Robot(
         name=description.name,
         spec=spec,
@@ -148,119 +137,83 @@ def _assembled(path: Path, lengths: Lengths | None = None) -> _Assembled:
         ),
         table_heights=description.table_heights,
         front=description.front,
-        standing=_standing(description, prefixes),
+        standing=description.standing | standing,
         lerobot_type=description.lerobot_type,
-        notes=(*_notes(path, above), *_mended(path, arms, files, turning), *_outside(path, description, models)),
+        notes=tuple(_notes(path, arms, files, above, turning)),
     )
-    return _Assembled(robot, prefixes)
-
-
-def _untested(path: Path, robot: Robot) -> list[str]:
-    found = [" and ".join(names) for names in Clearance(robot).untested]
-    if not found:
-        return []
-    return [f"{path}: these links touch at the start, so their distance is not checked: {', '.join(found)}"]
-
-
-def _standing(description: Description, prefixes: dict[str, str]) -> dict[str, float]:
-    found = dict(description.standing)
-    for name, arm in description.arms.items():
-        found |= {prefixes[name] + joint: value for joint, value in arm.standing.items()}
-    return found
+    return robot, prefixes
 
 
 def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFile, above: list[str]) -> Arm:
-    speed, acceleration = _within_model(path, name, arm, file, above)
+    """Return an arm whose speeds are within the model, and add to `above` the joints whose speed was lowered."""
+    limits = []
+    for joint, speed in zip(arm.joints, arm.speed, strict=True):
+        own = file.speeds.get(joint)
+        if joint not in arm.faster_than_model and own is None and speed > MAX_SPEED:
+            raise InputError(
+                f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s, because the model states no "
+                f"limit, given {speed:g}; write radians, or name the joint in faster_than_model"
+            )
+        if joint not in arm.faster_than_model and own is not None and speed > own * (1 + 1e-6):
+            above.append(f"{name} {joint} {speed:g} ({own:g})")
+            speed = own
+        limits.append(speed)
     return Arm(
         name=name,
         joints=tuple(prefix + joint for joint in arm.joints),
         link=prefix + arm.link,
         tool_in_wrist=arm.tool.matrix,
         initial=np.array(arm.initial),
-        planned_speed=speed,
-        planned_acceleration=acceleration,
+        planned_speed=np.array(limits),
+        planned_acceleration=np.array(arm.acceleration) * (np.array(limits) / np.array(arm.speed)),
         jaw=arm.jaw.prefixed(prefix),
         ros=arm.ros,
         lerobot=arm.lerobot,
     )
 
 
-def _within_model(
-    path: Path, name: str, arm: ArmDescription, file: ModelFile, above: list[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the maximum speeds and accelerations of the k joints in plans, within the model, shape (k,) each."""
-    limits = []
-    for joint, speed in zip(arm.joints, arm.speed, strict=True):
-        own = file.speeds.get(joint)
-        if own is None and speed > MAX_SPEED and joint not in arm.faster_than_model:
-            raise InputError(
-                f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s, because the model states no "
-                f"limit, given {speed:g}; write radians, or name the joint in faster_than_model"
-            )
-        lowered = own is not None and speed > own * (1 + 1e-6) and joint not in arm.faster_than_model
-        limits.append(own if lowered and own is not None else speed)
-        if lowered:
-            above.append(f"{name} {joint} {speed:g} ({own:g})")
-    kept = np.array(limits)
-    return kept, np.array(arm.acceleration) * (kept / np.array(arm.speed))
-
-
-def _notes(path: Path, above: list[str]) -> tuple[str, ...]:
-    if not above:
-        return ()
-    return (
-        f"{path}: speed: plans keep to the lower limit of the model [rad/s] and lower accelerations by the same "
-        f"factor: {', '.join(above)}; to use your speed, name the joints in faster_than_model",
-    )
-
-
-def _mended(
-    path: Path, arms: dict[str, ArmDescription], files: dict[str, ModelFile], turning: dict[str, list[str]]
+def _notes(
+    path: Path,
+    arms: dict[str, ArmDescription],
+    files: dict[str, ModelFile],
+    above: list[str],
+    turning: list[str],
 ) -> Iterator[str]:
-    """Yield what plans do about joints and links whose model says something unusual."""
+    """Yield what plans do about joints and links whose model says something unusual, and about distant files."""
+    if above:
+        yield (
+            f"{path}: speed: plans keep to the lower limit of the model [rad/s] and lower accelerations by the same "
+            f"factor: {', '.join(above)}; to use your speed, name the joints in faster_than_model"
+        )
     soft = [
-        f"{name} {joint} {files[name].soft[joint]}" for name, arm in arms.items() for joint in _soft(arm, files[name])
+        f"{name} {joint} {files[name].soft[joint]}"
+        for name, arm in arms.items()
+        for joint in (*arm.joints, *arm.jaw.fingers)
+        if joint in files[name].soft
     ]
     if soft:
         yield f"{path}: plans keep to the soft limits, which are narrower than the hard limits [rad]: {', '.join(soft)}"
-    free = [f"{name} {joint}" for name, joints in turning.items() for joint in joints]
-    if free:
-        yield f"{path}: continuous joints, which plans turn by at most one turn to either side: {', '.join(free)}"
+    if turning:
+        yield f"{path}: continuous joints, which plans turn by at most one turn to either side: {', '.join(turning)}"
     links = sorted({link for file in files.values() for link in file.mended})
     if links:
         yield (
             f"{path}: impossible masses or inertias are replaced, because only a rehearsal needs them: "
             f"{', '.join(links)}"
         )
-
-
-def _soft(arm: ArmDescription, file: ModelFile) -> list[str]:
-    return [joint for joint in (*arm.joints, *arm.jaw.fingers) if joint in file.soft]
-
-
-def _outside(path: Path, description: Description, models: dict[str, ModelFile]) -> Iterator[str]:
-    """Yield a note on files outside the folder of the description, because plans and results contain copies of them."""
     folder = os.path.abspath(path.parent)
-    used = {os.path.abspath(file) for model in models.values() for file in model.files}
-    found = sorted(file for file in used if os.path.commonpath([file, folder]) != folder)
-    if found:
-        yield f"{path}: plans and results contain copies of these files from outside the folder: {', '.join(found)}"
+    used = {os.path.abspath(source) for file in files.values() for source in file.files}
+    outside = sorted(source for source in used if os.path.commonpath([source, folder]) != folder)
+    if outside:
+        yield f"{path}: plans and results contain copies of these files from outside the folder: {', '.join(outside)}"
 
 
-def _whole(file: ModelFile) -> object:
-    give(file.spec, file.contents)
-    return file.spec
-
-
-def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> object:
+def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> Any:
     """Join two single arms in one model."""
     spec = needed("mujoco").MjSpec()
     spec.compiler.degree = False
-    contents: dict[str, bytes] = {}
     for name, arm in arms.items():
         X_BM = arm.mount.matrix
         frame = spec.worldbody.add_frame(pos=X_BM[:3, 3], quat=to_quaternion(X_BM[:3, :3]))
         spec.attach(files[name].spec.copy(), prefix=prefixes[name], frame=frame)
-        contents |= files[name].contents
-    give(spec, contents, tuple(prefixes.values()))
     return spec

@@ -7,38 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
-from tatamu.robots.model import Arm, Robot
-from tatamu.robots.pose import inverse, out_of, pose, rotation_vector
+from tatamu.robots.arm import Arm
+from tatamu.robots.model import Robot
+from tatamu.robots.pose import frame_pose, inverse, out_of, pose, rotation_vector
 
-MIN_JOINTS = 5
-"""Minimum number of joints with which an arm can be used."""
 FULL_JOINTS = 6
 """Minimum number of joints with which an arm can keep its tool's whole orientation."""
-OPENING = 1
-"""Index of the axis of the tool T along which the jaw opens: y."""
-
-
-def turns_freely(joints: int) -> bool:
-    """Return whether an arm has too few joints to control the rotation of its tool about the jaw's opening axis."""
-    return joints < FULL_JOINTS
-
-
-def turn_weights(joints: int) -> np.ndarray:
-    """Return 1 for each axis of T whose rotation an arm with this number of joints controls, otherwise 0."""
-    counted = np.ones(3)
-    if turns_freely(joints):
-        counted[OPENING] = 0.0
-    return counted
-
-
-def too_few_joints(joints: int) -> str:
-    """Return a message that explains why an arm with this number of joints cannot fold."""
-    return (
-        f"joints must be at least {MIN_JOINTS}, given {joints}: three move the hand and two keep the jaw across the "
-        "hem at its tilt; an arm with fewer cannot"
-    )
-
-
 LENGTH = 0.25
 """Characteristic length that converts rotations to distances [m per rad]: about the distance from wrist to elbow."""
 
@@ -73,17 +47,16 @@ class Chain:
     def of(cls, robot: Robot, arm: Arm) -> Chain:
         """Read the chain from the robot's model."""
         data = robot.at_rest()
-        base, tool = data.body(robot.base), data.site(arm.site)
-        X_BW = inverse(pose(base.xmat.reshape(3, 3), base.xpos))
+        X_BW = inverse(frame_pose(data.body(robot.base)))
         joints = [data.joint(name) for name in arm.joints]
         origins = out_of(X_BW, np.array([joint.xanchor for joint in joints]))
         axes = np.array([joint.xaxis for joint in joints]) @ X_BW[:3, :3].T
-        X_BT = X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos)
+        X_BT = X_BW @ frame_pose(data.site(arm.site))
         trunk = np.zeros(3) if robot.trunk is None else out_of(X_BW, data.joint(robot.trunk).xanchor)
         return cls(
             offsets=np.diff(origins, axis=0, prepend=0.0),
             axes=axes,
-            rest=robot.rest[[robot.columns[name] for name in arm.joints]],
+            rest=robot.rest[robot.arm_columns(arm)],
             X_LT=pose(X_BT[:3, :3], X_BT[:3, 3] - origins[-1]),
             limits=robot.limits(arm),
             trunk_origin=trunk * [1, 1, 0],
@@ -91,8 +64,7 @@ class Chain:
 
     @cached_property
     def _skews(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        skews = [np.cross(np.eye(3), axis) for axis in self.axes]
-        return [(K, K @ K) for K in skews]
+        return [(K, K @ K) for K in (np.cross(np.eye(3), axis) for axis in self.axes)]
 
     def trunk_pose(self, trunk: np.ndarray) -> np.ndarray:
         """Return the pose of the base as turned by the trunk, for each trunk angle [rad], shape (.., 4, 4)."""
@@ -174,19 +146,20 @@ class Chain:
         error = np.concatenate([targets[:, :3, 3] - X_BT[:, :3, 3], LENGTH * turn], axis=1)
         jacobian = jacobian * np.array([1, 1, 1, LENGTH, LENGTH, LENGTH])[:, None]
         if self.turns_freely:
-            R_TB = targets[:, :3, :3].transpose(0, 2, 1) * self._weights[:, None]
+            R_TB = targets[:, :3, :3].transpose(0, 2, 1) * self.turn_weights[:, None]
             error[:, 3:] = (R_TB @ error[:, 3:, None])[:, :, 0]
             jacobian[:, 3:] = R_TB @ jacobian[:, 3:]
         return error, jacobian
 
     @property
     def turns_freely(self) -> bool:
-        """Whether the arm has too few joints to control the rotation of the tool about the jaw's opening axis."""
-        return turns_freely(len(self.axes))
+        """Whether the arm has too few joints to control the rotation of the tool about the jaw's opening axis y."""
+        return len(self.axes) < FULL_JOINTS
 
     @property
-    def _weights(self) -> np.ndarray:
-        return turn_weights(len(self.axes))
+    def turn_weights(self) -> np.ndarray:
+        """1 for each axis of T whose rotation the arm controls, otherwise 0, shape (3,)."""
+        return np.array([1.0, 0.0 if self.turns_freely else 1.0, 1.0])
 
     @property
     def shoulder(self) -> np.ndarray:
@@ -211,7 +184,7 @@ class Chain:
         X_BT, jacobian = self.tool(angles)
         jacobian = jacobian / np.array([LENGTH, LENGTH, LENGTH, 1, 1, 1])[:, None]
         if self.turns_freely:
-            kept = np.flatnonzero(self._weights)
+            kept = np.flatnonzero(self.turn_weights)
             turns = (X_BT[:, :3, :3].transpose(0, 2, 1) @ jacobian[:, 3:])[:, kept]
             jacobian = np.concatenate([jacobian[:, :3], turns], axis=1)
         least = np.linalg.eigvalsh(jacobian @ jacobian.transpose(0, 2, 1))[:, 0]

@@ -6,23 +6,20 @@ A check has the worst value during the motion, the limit of this value, and the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tatamu.folding.fingers import PAD
-from tatamu.robots import grasp
-from tatamu.robots.chain import turn_weights
+from tatamu.robots.arm import MIN_HELD, Jaw
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.cloth import nearest_cloth
-from tatamu.robots.contacts import touches
-from tatamu.robots.jaw import MIN_HELD
-from tatamu.robots.model import Arm
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS
 from tatamu.robots.paths import Paths, PlacedFold, tool_poses
 from tatamu.robots.planfile import PlanCheck
 from tatamu.robots.pose import into, rotation_vector
+from tatamu.robots.stage import touches
 
 EVERY = 4
 """Number of samples of the robot's motion from one computation of distances between links to the next.
@@ -43,6 +40,10 @@ MAX_SLOWING = 5.0
 A slower motion would make another fold than the simulated fold. If the user asks for a slower plan, for example at half
 the speed, the limit is raised accordingly.
 """
+UNDERNEATH = 0.003
+"""Maximum height of the lower finger above the table when the jaws start to close [m]."""
+ASKEW = 5e-3
+"""Tolerance by which the angle of the jaws about the vertical may exceed `Jaw.yaw` [rad]."""
 
 
 class Checks:
@@ -92,8 +93,11 @@ class Checks:
             frame=frame,
         )
 
-    def _columns(self, arm: Arm) -> list[int]:
-        return [self._task.robot.columns[name] for name in arm.joints]
+    def _worst(self, values: np.ndarray, limit: float, unit: str, least: bool = False) -> PlanCheck:
+        """Check the worst value of all arms at the n samples of the fold, shape (arms, n)."""
+        arm, row = np.unravel_index(int(values.argmin() if least else values.argmax()), values.shape)
+        name = self._task.robot.folding[arm].name
+        return self._check(values[arm, row], limit, unit, int(self._fold[row]), name, least)
 
     def _margin(self) -> PlanCheck:
         model, q = self._task.robot.model, self._motion.angles
@@ -119,43 +123,35 @@ class Checks:
         p_FT = into(X_BF, p_BH)
         curves = self._task.hands.curves
         error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
-        arm, row = np.unravel_index(int(error.argmax()), error.shape)
-        return self._check(error.max(), PATH_ERROR, "m", int(self._fold[row]), self._task.robot.folding[arm].name)
+        return self._worst(error, PATH_ERROR, "m")
 
     def _turn(self) -> PlanCheck:
         turned = []
-        for X_BT, (R_BT, _, _), arm in zip(self._tools, self._task.grips, self._task.robot.folding, strict=True):
-            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * turn_weights(len(arm.joints))
+        for X_BT, (R_BT, _, _), chain in zip(self._tools, self._task.grips, self._paths.chains, strict=True):
+            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * chain.turn_weights
             turned.append(np.linalg.norm(turn, axis=1))
-        worst, row = np.unravel_index(int(np.argmax(turned)), np.shape(turned))
-        name = self._task.robot.folding[worst].name
-        return self._check(np.max(turned), TURN_ERROR, "rad", int(self._fold[row]), name)
+        return self._worst(np.array(turned), TURN_ERROR, "rad")
 
     def _speed(self) -> PlanCheck:
         """Check that the tools are never faster than the highest speed of the simulated hands."""
         p_BT = self._tools[:, :, :3, 3][:, self._fold]
         speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
-        arm, row = np.unravel_index(int(speed.argmax()), speed.shape)
-        limit = 1.005 * self._task.hands.top_speed
-        return self._check(speed.max(), limit, "m/s", int(self._fold[row]), self._task.robot.folding[arm].name)
+        return self._worst(speed, 1.005 * self._task.hands.top_speed, "m/s")
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """Check how the hands grasp the edges of the cloth. If two hands fold, the worse hand counts."""
-        row, takes = grasp.takes(self._task, self._motion, self._tools)
+        row = int(self._motion.rows("close")[0])
+        takes = _takes(self._task, self._tools[:, row])
 
-        def worst(
-            value: Callable[[grasp.Take], float], limit: float, unit: str = "m", least: bool = False
-        ) -> PlanCheck:
+        def worst(value: Callable[[_Take], float], limit: float, unit: str = "m", least: bool = False) -> PlanCheck:
             take = (min if least else max)(takes, key=value)
             return self._check(value(take), limit, unit, row, take.arm, least=least)
 
         return {
             "hem_in_the_open_jaw": worst(lambda take: take.depth, PAD, least=True),
             "cloth_in_the_closed_jaw": worst(lambda take: take.held, MIN_HELD, least=True),
-            "lower_finger_under_the_hem": worst(lambda take: take.lowest, grasp.UNDERNEATH),
-            "jaw_across_the_hem": worst(
-                lambda take: take.askew, max(take.jaw.yaw for take in takes) + grasp.ASKEW, "rad"
-            ),
+            "lower_finger_under_the_hem": worst(lambda take: take.lowest, UNDERNEATH),
+            "jaw_across_the_hem": worst(lambda take: take.askew, max(take.jaw.yaw for take in takes) + ASKEW, "rad"),
             "jaw_opening": worst(lambda take: take.jaw.opening, min(take.jaw.widest for take in takes)),
         }
 
@@ -192,13 +188,11 @@ class Checks:
     def _singularity(self) -> PlanCheck:
         worst = np.array(
             [
-                chain.singularity(self._motion.angles[self._fold][:, self._columns(arm)])
+                chain.singularity(self._motion.angles[self._fold][:, self._task.robot.arm_columns(arm)])
                 for chain, arm in zip(self._paths.chains, self._task.robot.folding, strict=True)
             ]
         )
-        arm, row = np.unravel_index(int(worst.argmin()), worst.shape)
-        name = self._task.robot.folding[arm].name
-        return self._check(worst.min(), MIN_SINGULARITY, "1", int(self._fold[row]), name, least=True)
+        return self._worst(worst, MIN_SINGULARITY, "1", least=True)
 
     def _scaling(self) -> PlanCheck:
         """Check that the robot is not too slow: the fold's duration on the robot, divided by its simulated duration."""
@@ -207,6 +201,40 @@ class Checks:
         slowest = int(self._fold[int(rate.argmin())]) if len(rate) else int(self._fold[0])
         value = fold.timed.duration / float(times[-1] - times[0])
         return self._check(value, MAX_SLOWING / self._motion.speed_scale, "1", slowest, "slowest")
+
+
+@dataclass(frozen=True)
+class _Take:
+    """The grasp of one hand at the moment when its jaw starts to close; see docs/theory/grasp.md."""
+
+    arm: str
+    jaw: Jaw
+    depth: float
+    """Distance from the cloth's edge to the place where the fingertips will meet [m]."""
+    held: float
+    """Depth to which the cloth is between the fingertips after the jaw has closed [m]."""
+    lowest: float
+    """Height of the lower finger of the open jaw above the table [m]."""
+    askew: float
+    """Angle by which the jaw deviates from the plane at right angles to the cloth's edge, seen from above [rad]."""
+
+
+def _takes(task: PlacedFold, tools: np.ndarray) -> list[_Take]:
+    """Return the grasp of each hand from the poses X_BT of the arms' tools when the jaws start to close."""
+    X_BF = task.placement.matrix
+    found = []
+    for arm, curve, X_BT in zip(task.robot.folding, task.hands.curves, tools, strict=True):
+        control, jaw = curve.control, arm.jaw
+        across = X_BF[:2, :2] @ (control[-1] - control[0])[:2]
+        across = across / np.linalg.norm(across)
+        hem = X_BF[:3, :3] @ (control[0] * [1.0, 1.0, 0.0]) + X_BF[:3, 3]
+        opening = X_BT[:3, 1] * (1.0 if X_BT[2, 1] >= 0 else -1.0)
+        seen = opening[:2] / max(float(np.linalg.norm(opening[:2])), 1e-9)
+        depth, height = float((X_BT[:3, 3] - hem)[:2] @ across), float(X_BT[2, 3] - hem[2])
+        lowest = height - (jaw.opening / 2 + jaw.thickness) * float(opening[2])
+        askew = float(np.arccos(np.clip(seen @ across, -1.0, 1.0)))
+        found.append(_Take(arm.name, jaw, depth, jaw.held(depth, height), lowest, askew))
+    return found
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

@@ -113,10 +113,6 @@ class Clearance:
                     best[kind] = Distance(found[0], row, found[1])
         return best
 
-    def nearest(self, configurations: np.ndarray) -> float:
-        """Return the smallest distance in any of n configurations [rad], shape (n, nq), in metres, at most FAR."""
-        return min((found.value for found in self.least(configurations).values()), default=FAR)
-
     def _move(self, configuration: np.ndarray) -> None:
         self._data.qpos[:] = configuration
         self._mujoco.mj_kinematics(self.model, self._data)

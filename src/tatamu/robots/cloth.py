@@ -6,23 +6,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.clearance import FAR, Distance
 from tatamu.robots.extras import needed
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
 from tatamu.robots.placement import Grip, Hold
-from tatamu.robots.pose import into, inverse, out_of, pose
+from tatamu.robots.pose import frame_pose, into, inverse, out_of, pose
 from tatamu.simulation.rollout import Rollout
 
 AT_THE_JAW = 0.04
 """Radius around a tool [m]. Cloth within this radius counts as held or lifted by the fingers."""
 EVERY = 20
 """Number of samples of the robot's motion from one computation of the distance to the next."""
-FRAME_EVERY = 3
-"""Number of simulated frames from one test of a hand's orientation to the next."""
 
 
 def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold], cloth: Rollout | None) -> np.ndarray:
@@ -33,7 +32,7 @@ def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold]
     """
     if cloth is None:
         return np.ones(len(holds), dtype=bool)
-    frames = cloth.times[(cloth.times >= hands.times[0]) & (cloth.times <= hands.times[-1])][::FRAME_EVERY]
+    frames = cloth.times[(cloth.times >= hands.times[0]) & (cloth.times <= hands.times[-1])][::3]  # every third
     times = np.concatenate([hands.times[:1], frames, hands.times[-1:]])
     rows = np.searchsorted(cloth.times, times[:-1]).clip(max=len(cloth.times) - 1)
     points = cloth.positions[[0, *rows[1:], -1]]
@@ -55,8 +54,7 @@ def clear_holds(robot: Robot, arm: Arm, hands: HandMotion, holds: Sequence[Hold]
 def _boxes_behind_fingers(robot: Robot, arm: Arm) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the boxes of the shapes that move with the tool and are no fingers."""
     data, model = robot.at_rest(), robot.model
-    tool = data.site(arm.site)
-    X_TW = inverse(pose(tool.xmat.reshape(3, 3), tool.xpos))
+    X_TW = inverse(frame_pose(data.site(arm.site)))
     return [
         (
             X_TW @ pose(data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]),
@@ -93,8 +91,9 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     rows = pairs_of(task.robot).rows
     geoms = rows[ON_TABLE][:, 0] if ON_TABLE in rows else rows[FINGERS][:0, 0]
     best = Distance(FAR, 0, ("", ""))
-    for row in _rows(motion):
-        points = out_of(task.placement.matrix, cloth.positions[_frame(task, motion, cloth, row)])
+    during = (motion.times >= motion.part("lower").start) & (motion.times <= motion.part("raise").end)
+    for row in np.flatnonzero(during)[::EVERY]:
+        points = out_of(task.placement.matrix, cloth.positions[_frame(motion, cloth, row)])
         free = (np.linalg.norm(points - tools[:, row, None, :3, 3], axis=2) > AT_THE_JAW).all(axis=0)
         points = points[free] @ R_WB.T + p_WB
         data.qpos[:] = motion.angles[row]
@@ -107,13 +106,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     return best
 
 
-def _rows(motion: Motion) -> np.ndarray:
-    last = motion.part("raise")
-    inside = (motion.times >= motion.part("lower").start) & (motion.times <= last.start + last.timed.duration)
-    return np.flatnonzero(inside)[::EVERY]
-
-
-def _frame(task: PlacedFold, motion: Motion, cloth: Rollout, row: int) -> int:
+def _frame(motion: Motion, cloth: Rollout, row: int) -> int:
     """Return the index of the cloth's simulated frame that belongs to a sample of the robot's motion."""
     fold, time = motion.part("fold"), motion.times[row]
     if time < fold.start:

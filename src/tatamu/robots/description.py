@@ -15,9 +15,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
 from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
-from tatamu.robots.chain import MIN_JOINTS, too_few_joints
-from tatamu.robots.interfaces import LeRobotNames, Numbers, RosNames
-from tatamu.robots.jaw import Jaw
+from tatamu.robots.arm import Jaw, LeRobotNames, Numbers, RosNames
 from tatamu.robots.modelfile import ModelFile, read_model
 from tatamu.robots.pose import from_rpy, pose
 
@@ -89,8 +87,11 @@ class ArmDescription(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.joints) < MIN_JOINTS:
-            raise ValueError(too_few_joints(len(self.joints)))
+        if len(self.joints) < 5:
+            raise ValueError(
+                f"joints must be at least 5, given {len(self.joints)}: three move the hand and two keep the jaw "
+                "across the hem at its tilt; an arm with fewer cannot"
+            )
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != len(self.joints):
                 raise ValueError(f"{name} must have one value for each of {len(self.joints)} joints")
@@ -197,7 +198,7 @@ def files_of(path: Path) -> list[Path]:
         InputError: If the description or another file cannot be read.
     """
     description = read_description(path)
-    disturbances_in_description(path, description)
+    disturbances_of(path)
     found = [path]
     for model in description.models:
         found += model_of(path, description, model).files
@@ -212,7 +213,12 @@ def disturbances_of(path: Path) -> Disturbances | None:
     Raises:
         InputError: If the description or the file of disturbances cannot be read, or a field is wrong.
     """
-    return disturbances_in_description(path, read_description(path))
+    own = read_description(path).disturbances
+    if own is None:
+        return None
+    if isinstance(own, str):
+        return read_disturbances(path.parent / own)
+    return disturbances_in(own, f"{path}: disturbances")
 
 
 def read_description(path: Path) -> Description:
@@ -222,16 +228,6 @@ def read_description(path: Path) -> Description:
         InputError: If the description cannot be read, or a field is wrong.
     """
     return validated(Description, read_toml(path), path)
-
-
-def disturbances_in_description(path: Path, description: Description) -> Disturbances | None:
-    """Return the disturbances of a description; None if the description has no disturbances."""
-    own = description.disturbances
-    if own is None:
-        return None
-    if isinstance(own, str):
-        return read_disturbances(path.parent / own)
-    return disturbances_in(own, f"{path}: disturbances")
 
 
 def model_of(path: Path, description: Description, model: str) -> ModelFile:

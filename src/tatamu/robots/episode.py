@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.lerobot import LeRobotWriter, vector
-from tatamu.robots.model import Arm, Robot, state_names
-from tatamu.robots.motion import SHUT
-from tatamu.robots.plan import RobotPlan
+from tatamu.robots.arm import Arm
+from tatamu.robots.model import Robot, state_names
+from tatamu.robots.plan import SHUT, RobotPlan
 from tatamu.study.folder import ResultFolder
 
 FPS = 30
@@ -37,7 +37,12 @@ def add_plan(writer: LeRobotWriter, plan: RobotPlan) -> None:
     last = float(plan.motion.times[-1])
     times = np.arange(int(np.ceil(last * FPS)) + 1) / FPS
     values = {STATE: state(plan, times), ACTION: state(plan, np.minimum(times + 1 / FPS, last))}
-    writer.add_episode(values, _task(plan))
+    learned = plan.task.source
+    if isinstance(learned, ResultFolder) and not learned.result_file.exists():
+        writer.add_episode(values, "Fold the cloth.")
+    else:
+        task = learned.record.task
+        writer.add_episode(values, f"Fold the {task.garment} ({task.fold}).")
 
 
 def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
@@ -49,7 +54,10 @@ def state(plan: RobotPlan, times: np.ndarray) -> np.ndarray:
     columns: list[np.ndarray] = []
     for arm in robot.arms:
         angles = [np.interp(times, motion.times, motion.angles[:, robot.columns[name]]) for name in arm.joints]
-        columns += [*arm.lerobot.values(np.stack(angles, axis=1)).T, _gripper(arm, widths(plan, arm, times))]
+        gripper, names = widths(plan, arm, times), arm.lerobot
+        if names.open is not None and names.closed is not None:  # the gripper has own values, not widths in metres
+            gripper = names.closed + (gripper - SHUT) / (arm.jaw.opening - SHUT) * (names.open - names.closed)
+        columns += [*names.values(np.stack(angles, axis=1)).T, gripper]
     if robot.trunk is not None:
         columns.append(np.interp(times, motion.times, motion.angles[:, robot.columns[robot.trunk]]))
     return np.stack(columns, axis=1)
@@ -63,21 +71,3 @@ def widths(plan: RobotPlan, arm: Arm, times: np.ndarray) -> np.ndarray:
         done = np.clip((times - command.time) / max(command.duration, 1e-9), 0.0, 1.0)
         found += done * (command.width - before.width)
     return found
-
-
-def _gripper(arm: Arm, widths: np.ndarray) -> np.ndarray:
-    """Return the gripper's values in LeRobot for jaw widths [m]."""
-    names = arm.lerobot
-    if names.open is None or names.closed is None:
-        return widths
-    share = (widths - SHUT) / (arm.jaw.opening - SHUT)
-    return np.asarray(names.closed + share * (names.open - names.closed))
-
-
-def _task(plan: RobotPlan) -> str:
-    """Return a text, such as "Fold the towel (half).", that describes the plan in a dataset."""
-    learned = plan.task.source
-    if isinstance(learned, ResultFolder) and not learned.result_file.exists():
-        return "Fold the cloth."
-    task = learned.record.task
-    return f"Fold the {task.garment} ({task.fold})."

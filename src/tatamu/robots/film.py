@@ -12,9 +12,9 @@ import numpy as np
 from tatamu.base.files import replacing
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
-from tatamu.robots.pose import into, out_of, pose
+from tatamu.robots.pose import frame_pose, into, out_of
 from tatamu.robots.rehearsal import Rehearsal
-from tatamu.robots.stage import Poser, load_stage
+from tatamu.robots.stage import Poser, link_shapes, load_stage
 from tatamu.show.palette import BACK, FRONT
 from tatamu.simulation.rollout import Rollout
 
@@ -22,15 +22,6 @@ RATE = 10
 """Frames per second."""
 WIDTH, HEIGHT = 480, 360
 """Size of the pictures [pixels]."""
-MARGIN = 0.12
-"""Distance from the paths of the tools to the edge of the table, which is cut to fit the picture [m]."""
-LOOKS = 12
-"""Number of poses of the robot that the camera must show completely. The poses are evenly spread in time."""
-ACROSS = 1.4
-"""Limit for the ratio of a robot's width to its depth, seen from above.
-
-If the ratio is larger, the arms are assumed to face each other.
-"""
 SIDES = {"tatamu_front": FRONT, "tatamu_back": BACK}
 """Names and colours of the two meshes for the front and the back of the cloth."""
 
@@ -77,16 +68,16 @@ def _frames(rehearsal: Rehearsal, fold: Rollout | None) -> list[np.ndarray]:
 
 def _camera(model: Any, poser: Poser, rehearsal: Rehearsal, mujoco: Any) -> Any:
     """Return the nearest camera that shows the robot and the table during the whole film."""
-    shown = [k for k in range(model.ngeom) if model.geom(k).name not in (TABLE, *SIDES)]
-    shown = [k for k in shown if model.geom_type[k] != mujoco.mjtGeom.mjGEOM_PLANE]
-    poses = np.linspace(0, poser.poses - 1, LOOKS).astype(int)
+    shown = [k for k in link_shapes(model) if model.geom(k).name not in SIDES]
+    poses = np.linspace(0, poser.poses - 1, 12).astype(int)  # the camera must show the robot completely in these
     links = np.concatenate([poser.pose(int(row)).geom_xpos[shown] for row in poses])
     table = model.geom(TABLE)
     corners = table.pos + table.size * np.array(list(itertools.product((-1, 1), repeat=3)))
     points = np.concatenate([links, corners])
-    around = np.concatenate([np.tile(model.geom_rbound[shown], LOOKS), np.zeros(len(corners))])
+    around = np.concatenate([np.tile(model.geom_rbound[shown], len(poses)), np.zeros(len(corners))])
     camera = mujoco.MjvCamera()
-    apart = np.ptp(links[:, 1]) > ACROSS * np.ptp(np.append(links[:, 0], corners[:, 0]))
+    # The arms are assumed to face each other if the robot is much wider than deep, seen from above.
+    apart = np.ptp(links[:, 1]) > 1.4 * np.ptp(np.append(links[:, 0], corners[:, 0]))
     camera.azimuth, camera.elevation = (190.0 if apart else 215.0), -28.0
     direction = camera.azimuth, camera.elevation
     camera.lookat[:], camera.distance = framed(points, around, direction, model.vis.global_.fovy)
@@ -128,7 +119,7 @@ def _dressed(spec: Any, rehearsal: Rehearsal, fold: Rollout | None, mujoco: Any)
     grey = [0.96, 0.96, 0.94]
     spec.add_texture(name="tatamu_sky", type=sky, builtin=plain, rgb1=grey, rgb2=grey, width=16, height=96)
     table, middle = spec.geom(TABLE), rehearsal.tools.mean(axis=(0, 1))
-    reach = np.abs(rehearsal.tools - middle).max(axis=(0, 1)) + MARGIN
+    reach = np.abs(rehearsal.tools - middle).max(axis=(0, 1)) + 0.12  # from the paths of the tools to the edge [m]
     table.size = [reach[0], reach[1], table.size[2]]
     table.pos = [middle[0], middle[1], table.pos[2]]
     if fold is not None:
@@ -149,7 +140,7 @@ def _lay(model: Any, data: Any, renderer: Any, rehearsal: Rehearsal, positions: 
     in_base = _in_base(rehearsal, positions)
     for side in SIDES:
         geom = data.geom(side)
-        vertices = into(pose(geom.xmat.reshape(3, 3), geom.xpos), in_base)
+        vertices = into(frame_pose(geom), in_base)
         start = int(model.mesh(side).vertadr[0])
         model.mesh_vert[start : start + len(vertices)] = vertices
         mujoco.mjr_uploadMesh(model, renderer._mjr_context, model.mesh(side).id)

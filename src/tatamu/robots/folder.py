@@ -3,40 +3,32 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import unwritable, write_json, write_text
 from tatamu.base.version import __version__
+from tatamu.folding.fingers import FingerSize
+from tatamu.folding.manipulation import VIA_EVERY
+from tatamu.robots.arm import Arm
 from tatamu.robots.bags import write_ros1, write_ros2
 from tatamu.robots.chain import Chain
 from tatamu.robots.goals import write_goals
-from tatamu.robots.model import Arm
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.picture import reach_svg
 from tatamu.robots.placement import Hold
 from tatamu.robots.plan import RobotPlan
-from tatamu.robots.planfile import FoldPose, JawFile, PlanFile, StageTime, ToolViaPoints
-from tatamu.robots.planned import FOLD
+from tatamu.robots.planfile import FOLD, FoldPose, JawFile, PlanFile, StageTime, ToolViaPoints
 from tatamu.robots.pose import pose
 from tatamu.robots.stage import save_stage
 from tatamu.robots.tables import gripper_csv, joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE, ResultFolder
 from tatamu.study.result import Result
-
-FOLD_FILES = (MANIPULATION, SCENE, ROLLOUT, RESULT)
-"""Files of the learned fold that are copied into a plan's folder.
-
-All files except the first can be missing.
-"""
-
-Export = Callable[[RobotPlan, Path], None]
 
 
 def check_out(out: Path) -> None:
@@ -59,8 +51,16 @@ def save(plan: RobotPlan, out: Path) -> None:
     """
     check_out(out)
     with replacing_folder(out) as folder:
-        for name, write in EXPORTS:
-            write(plan, folder / name)
+        write_json(folder / "plan.json", plan_file(plan).model_dump())
+        write_text(folder / "joint_trajectory.csv", joint_csv(plan))
+        write_json(folder / "joint_trajectory.json", trajectory_json(plan))
+        write_json(folder / "play_pattern.json", pattern_json(plan))
+        write_text(folder / "gripper_commands.csv", gripper_csv(plan))
+        write_goals(plan, folder / "goals")
+        write_ros1(plan, folder / "joint_trajectory.bag")
+        write_ros2(plan, folder / "joint_trajectory_ros2")
+        write_text(folder / "reach.svg", reach_svg(plan))
+        _keep_fold(plan.task.source, folder / FOLD)
         save_stage(plan.task.robot, plan.task.table, folder)
 
 
@@ -70,7 +70,7 @@ def _keep_fold(fold: Result | ResultFolder, folder: Path) -> None:
         fold.save(folder)
         return
     folder.mkdir()
-    for name in FOLD_FILES:
+    for name in (MANIPULATION, SCENE, ROLLOUT, RESULT):  # all files except the first can be missing
         if (fold.path / name).is_file():
             shutil.copyfile(fold.path / name, folder / name)
 
@@ -100,20 +100,10 @@ def replacing_folder(out: Path) -> Iterator[Path]:
         raise unwritable(out, error) from None
 
 
-def _text(contents: Callable[[RobotPlan], str]) -> Export:
-    return lambda plan, path: write_text(path, contents(plan))
-
-
-def _json(contents: Callable[[RobotPlan], Any]) -> Export:
-    return lambda plan, path: write_json(path, contents(plan))
-
-
 def plan_file(plan: RobotPlan) -> PlanFile:
     """Return the contents of plan.json."""
-    task = plan.task
-    motion = plan.motion
-    robot = task.robot
-    placement = task.placement
+    task, motion = plan.task, plan.motion
+    robot, placement = task.robot, task.placement
     return PlanFile(
         version=1,
         tatamu=__version__,
@@ -124,7 +114,7 @@ def plan_file(plan: RobotPlan) -> PlanFile:
         initial_pose=robot.start,
         trunk_turning=placement.turning,
         tool_in_wrist={
-            arm.name: _hand_in_wrist(arm, R_BT, offset).tolist()
+            arm.name: (arm.tool_in_wrist @ pose(np.eye(3), -R_BT.T @ offset)).tolist()
             for arm, (R_BT, offset, _) in zip(robot.folding, task.grips, strict=True)
         },
         jaws={arm.name: _jaw(arm, hold) for arm, hold in zip(robot.folding, task.holds, strict=True)},
@@ -142,24 +132,16 @@ def plan_file(plan: RobotPlan) -> PlanFile:
     )
 
 
-def _hand_in_wrist(arm: Arm, R_BT: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """Return the pose X_WH of the simulated hand's frame H in the frame of the arm's wrist W."""
-    return arm.tool_in_wrist @ pose(np.eye(3), -R_BT.T @ offset)
-
-
 def _jaw(arm: Arm, hold: Hold) -> JawFile:
-    jaw = arm.jaw
+    sizes = {name: getattr(arm.jaw, name) for name in FingerSize.model_fields}
     return JawFile(
         tilt=hold.tilt,
         yaw=hold.yaw,
-        opening=jaw.opening,
-        thickness=jaw.thickness,
-        width=jaw.width,
-        length=jaw.length,
-        depth=jaw.depth,
-        height=jaw.height(hold.tilt),
+        **sizes,
+        depth=arm.jaw.depth,
+        height=arm.jaw.height(hold.tilt),
         fingertips_in_wrist=arm.tool_in_wrist.tolist(),
-        fingers=jaw.fingers,
+        fingers=arm.jaw.fingers,
     )
 
 
@@ -167,7 +149,7 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     """Return the positions of the simulated hands at the via-points, and the times at which the robot is there."""
     task = plan.task
     fold = plan.motion.part("fold")
-    times = plan.via_times
+    times = task.hands.times
     fine = np.linspace(0, fold.timed.duration, 20001)
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
@@ -175,24 +157,9 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     offsets = np.array([offset for _, offset, _ in task.grips])
     tools = tool_poses(task.robot, chains, q)[:, :, :3, 3] - offsets[:, None]
     return ToolViaPoints(
-        every_frames=task.hands.every_frames,
+        every_frames=VIA_EVERY,
         frames=[task.hands.frame(float(time)) for time in times],
         simulated_times=times.tolist(),
         times=driven.tolist(),
         **{arm.name: points for arm, points in zip(task.robot.folding, tools, strict=True)},
     )
-
-
-EXPORTS: tuple[tuple[str, Export], ...] = (
-    ("plan.json", _json(lambda plan: plan_file(plan).model_dump())),
-    ("joint_trajectory.csv", _text(joint_csv)),
-    ("joint_trajectory.json", _json(trajectory_json)),
-    ("play_pattern.json", _json(pattern_json)),
-    ("gripper_commands.csv", _text(gripper_csv)),
-    ("goals", write_goals),
-    ("joint_trajectory.bag", write_ros1),
-    ("joint_trajectory_ros2", write_ros2),
-    ("reach.svg", _text(reach_svg)),
-    (FOLD, lambda plan, path: _keep_fold(plan.task.source, path)),
-)
-"""Files and folders of a plan, each with the function that writes it."""

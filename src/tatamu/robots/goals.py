@@ -21,7 +21,6 @@ from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import Segment
 from tatamu.robots.tables import DECIMALS, POINT_EVERY, Group, angles_at, duration, groups
 
-STEPS = "steps.json"
 FOLLOW = "control_msgs/action/FollowJointTrajectory"
 GRIP = "control_msgs/action/GripperCommand"
 
@@ -40,7 +39,7 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
             steps.append({"do": "stop", "before": segment.then})
         if segment.then:
             steps.append(_grip(plan, segment.then, number))
-    write_json(folder / STEPS, {"version": 1, "robot": plan.task.robot.name, "steps": steps})
+    write_json(folder / "steps.json", {"version": 1, "robot": plan.task.robot.name, "steps": steps})
 
 
 def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
@@ -63,8 +62,11 @@ def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
 
 def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
     """Return the fields of the FollowJointTrajectory goal with which one controller moves its joints in one segment."""
-    rows = _rows(plan, segment)
-    times = plan.motion.times[rows] - segment.start
+    times = plan.motion.times
+    begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]
+    first = int(np.searchsorted(times, begins - 1e-6))
+    last = min(int(np.searchsorted(times, segment.end - 1e-6)), len(times) - 1)
+    rows = np.append(np.arange(first, last, POINT_EVERY), last)
     speeds = np.gradient(plan.motion.angles, plan.motion.times, axis=0)[rows]
     speeds = speeds[:, [plan.task.robot.columns[name] for name in group.joints]]
     speeds[-1] = 0.0
@@ -74,18 +76,12 @@ def _follow(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
             "points": [
                 {"positions": q.tolist(), "velocities": v.tolist(), "time_from_start": duration(float(time))}
                 for time, q, v in zip(
-                    times, angles_at(plan, group.joints, rows), np.round(speeds, DECIMALS), strict=True
+                    times[rows] - segment.start,
+                    angles_at(plan, group.joints, rows),
+                    np.round(speeds, DECIMALS),
+                    strict=True,
                 )
             ],
         },
         "goal_time_tolerance": duration(1.0),
     }
-
-
-def _rows(plan: RobotPlan, segment: Segment) -> np.ndarray:
-    """Return the indices of the motion samples that a segment's goal contains."""
-    times = plan.motion.times
-    begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]
-    first = int(np.searchsorted(times, begins - 1e-6))
-    last = min(int(np.searchsorted(times, segment.end - 1e-6)), len(times) - 1)
-    return np.append(np.arange(first, last, POINT_EVERY), last)

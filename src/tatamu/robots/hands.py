@@ -5,7 +5,6 @@ F is the frame of the simulated scene, with z = 0 at the table top. Times are ti
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,21 +17,15 @@ from tatamu.simulation.scene import Gripper, Scene
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
-Travel = Callable[[np.ndarray], np.ndarray]
-"""Function from times [s] to the distance of a hand along its curve [m]."""
-
 
 @dataclass(frozen=True)
 class HandMotion:
-    """The motion of one or two hands from the grasp to the release, the left hand first."""
+    """The motion of one or two hands, with minimum jerk, from the grasp to the release, the left hand first."""
 
-    frame_rate: float
-    every_frames: int
     timing: Timing
     times: np.ndarray
     """Times of the via-points, from the start of the hands to their rest [s], shape (v,)."""
     curves: tuple[Bezier, ...]
-    travelled: tuple[Travel, ...]
 
     @classmethod
     def load(cls, path: Path) -> HandMotion:
@@ -45,7 +38,10 @@ class HandMotion:
         if not path.is_dir():
             raise InputError(f"{path}: must be the folder of a learned fold, but is not a folder")
         if not folder.manipulation_file.exists():
-            raise InputError(f"{path}: {_no_fold(folder)}")
+            steps = ", ".join(str(step.path) for step in folder.learned_steps())
+            if steps:
+                raise InputError(f"{path}: contains a plan of several steps; give the folder of one step: {steps}")
+            raise InputError(f"{path}: must be the folder of a learned fold, but has no manipulation.json")
         if folder.scene_file.is_file():
             _check_unpressed(folder.scene, folder.scene_file)
         manipulation = folder.manipulation
@@ -66,7 +62,7 @@ class HandMotion:
 
     @classmethod
     def exact(cls, manipulation: Manipulation) -> HandMotion:
-        """Return the motion of a manipulation: minimum jerk along the hands' Bezier curves.
+        """Return the motion of a manipulation.
 
         Raises:
             InputError: If there is no hand, or a hand does not move.
@@ -75,20 +71,21 @@ class HandMotion:
         if not curves:
             raise InputError("manipulation: arms: must be one or two, given none")
         for name, curve in zip(HANDS, curves, strict=False):
-            _check_moves(curve, name, "manipulation")
+            if np.isclose(arc_lengths(curve.control)[-1], 0):
+                raise InputError(f"manipulation: arms: the {name} hand's control_points must not all be the same")
         knots, _ = manipulation.motion()
         every = np.arange(0, len(knots), VIA_EVERY)
         times = knots[np.unique(np.append(every, len(knots) - 1))]
-        travelled = tuple(_minimum_jerk(curve, manipulation.timing) for curve in curves)
-        return cls(FRAME_RATE, VIA_EVERY, manipulation.timing, times, curves, travelled)
+        return cls(manipulation.timing, times, curves)
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Return the positions of the hands at n simulated times [s], in the fold's frame [m], shape (hands, n, 3)."""
-        times = np.clip(times, self.times[0], self.times[-1])
+        elapsed = np.clip(times, self.times[0], self.times[-1]) - self.timing.starts
+        fraction = minimum_jerk(elapsed / (self.timing.arrives - self.timing.starts))
         points = []
-        for curve, travelled in zip(self.curves, self.travelled, strict=True):
+        for curve in self.curves:
             u, length = curve.arc_lengths()
-            points.append(curve.at(np.interp(travelled(times), length, u)))
+            points.append(curve.at(np.interp(length[-1] * fraction, length, u)))
         return np.array(points)
 
     def evenly(self, count: int) -> np.ndarray:
@@ -100,7 +97,7 @@ class HandMotion:
 
     def frame(self, time: float) -> int:
         """Return the number of the simulation's frame that belongs to a simulated time [s]."""
-        return round(time * self.frame_rate)
+        return round(time * FRAME_RATE)
 
     @property
     def top_speed(self) -> float:
@@ -133,25 +130,3 @@ def _check_unpressed(scene: Scene, source: Path | str) -> None:
             f"{source}: bodies: must be none, because robots cannot press, given a {others[0]}; learn the fold from a "
             "plan without press"
         )
-
-
-def _check_moves(curve: Bezier, name: str, source: Path | str) -> None:
-    if np.isclose(arc_lengths(curve.control)[-1], 0):
-        raise InputError(f"{source}: arms: the {name} hand's control_points must not all be the same")
-
-
-def _no_fold(folder: ResultFolder) -> str:
-    """Return the reason why a folder without manipulation.json is not the folder of a learned fold."""
-    steps = folder.learned_steps()
-    if not steps:
-        return "must be the folder of a learned fold, but has no manipulation.json"
-    return (
-        f"contains a plan of several steps; give the folder of one step: {', '.join(str(step.path) for step in steps)}"
-    )
-
-
-def _minimum_jerk(curve: Bezier, timing: Timing) -> Travel:
-    """Return the function from time to the distance along a curve for a motion with minimum jerk."""
-    length = curve.arc_lengths()[1][-1]
-    duration = timing.arrives - timing.starts
-    return lambda times: length * minimum_jerk((times - timing.starts) / duration)

@@ -11,55 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.extras import needed
-from tatamu.robots.interfaces import LeRobotNames, RosNames
-from tatamu.robots.jaw import Jaw
 from tatamu.robots.pose import to_quaternion
 
 TABLE = "tatamu_table"
 """Name of the table's collision shape in the model. `Clearance.set_table` and `stage` set the height of the table."""
-
-
-@dataclass(frozen=True)
-class Arm:
-    """One arm with k joints, from the base to the tool."""
-
-    name: str
-    """`larm` or `rarm`."""
-    joints: tuple[str, ...]
-    link: str
-    """The body that the last joint moves. Its frame is the wrist frame W."""
-    tool_in_wrist: np.ndarray
-    """Pose X_WT of the tool T in the wrist W, shape (4, 4); see `Jaw`."""
-    initial: np.ndarray
-    """Angles at the start and the end of motions [rad], shape (k,)."""
-    planned_speed: np.ndarray
-    """Maximum speeds in plans [rad/s], shape (k,)."""
-    planned_acceleration: np.ndarray
-    """Maximum accelerations in plans [rad/s^2], shape (k,)."""
-    jaw: Jaw = field(default_factory=Jaw)
-    ros: RosNames = field(default_factory=RosNames)
-    lerobot: LeRobotNames = field(default_factory=LeRobotNames)
-
-    @property
-    def site(self) -> str:
-        """The name of the tool frame T in the model."""
-        return f"{self.name}_tool"
-
-    @property
-    def controller(self) -> str:
-        """The name of the ROS controller of the joints."""
-        return self.ros.controller or f"{self.name}_controller"
-
-    @property
-    def gripper_controller(self) -> str:
-        """The name of the ROS controller of the gripper."""
-        return self.ros.gripper or f"{self.name}_gripper"
-
-    @property
-    def ros_joints(self) -> tuple[str, ...]:
-        """The names of the joints in ROS."""
-        return self.joints if self.ros.joints is None else tuple(self.ros.joints)
 
 
 @dataclass(frozen=True)
@@ -140,6 +97,10 @@ class Robot:
         """Index of each joint's angle in MuJoCo's vector qpos, by the name of the joint."""
         return {name: int(self.model.joint(name).qposadr[0]) for name in self.joints}
 
+    def arm_columns(self, arm: Arm) -> list[int]:
+        """Return the indices of an arm's joints in MuJoCo's vector qpos."""
+        return [self.columns[name] for name in arm.joints]
+
     @cached_property
     def finger_columns(self) -> dict[str, int]:
         """Index of each finger joint in MuJoCo's vector qpos."""
@@ -165,8 +126,14 @@ class Robot:
 
     def followed(self, qpos: np.ndarray) -> np.ndarray:
         """Move coupled joints to their leaders in configurations [rad, m], shape (.., nq), and return these."""
-        for equality in joint_equalities(self.model) * self.model.neq:  # a leader may follow another joint
-            equality.apply(self.model, qpos)
+        model, kind = self.model, needed("mujoco").mjtEq.mjEQ_JOINT
+        active = np.flatnonzero((model.eq_type == kind) & (model.eq_active0 == 1))
+        for number in np.tile(active, model.neq):  # a leader may follow another joint
+            # A follower q1 of q2 has q1 - q1_0 = c0 + c1 (q2 - q2_0) + .. + c4 (q2 - q2_0)^4; a leader -1 stands still.
+            follower, leader = model.eq_obj1id[number], model.eq_obj2id[number]
+            at, ahead = model.jnt_qposadr[[follower, leader]]
+            moved = qpos[..., ahead] - model.qpos0[ahead] if leader >= 0 else np.zeros(qpos.shape[:-1])
+            qpos[..., at] = model.qpos0[at] + np.polynomial.polynomial.polyval(moved, model.eq_data[number, :5])
         return qpos
 
     def at_rest(self) -> Any:
@@ -191,7 +158,7 @@ class Robot:
         stands = {arm.name: arm.initial for arm in self.arms}
         stands |= {arm.name: given for arm, given in zip(arms or self.folding, angles, strict=True)}
         for arm in self.arms:
-            qpos[..., [self.columns[name] for name in arm.joints]] = stands[arm.name]
+            qpos[..., self.arm_columns(arm)] = stands[arm.name]
         if self.trunk is not None and trunk is not None:
             qpos[..., self.columns[self.trunk]] = trunk
         return qpos
@@ -200,7 +167,7 @@ class Robot:
         """Return the maximum speeds [rad/s] and accelerations [rad/s^2] in plans, shape (nq,) each."""
         speed, acceleration = np.ones(self.model.nq), np.ones(self.model.nq)
         for arm in self.arms:
-            columns = [self.columns[name] for name in arm.joints]
+            columns = self.arm_columns(arm)
             speed[columns], acceleration[columns] = arm.planned_speed, arm.planned_acceleration
         if self.trunk is not None:
             column = self.columns[self.trunk]
@@ -216,40 +183,6 @@ class Robot:
     def initial(self) -> np.ndarray:
         """The angles of all nq joints in the initial pose [rad], shape (nq,)."""
         return self.configuration([arm.initial for arm in self.folding])
-
-
-@dataclass(frozen=True)
-class JointEquality:
-    """A joint q1 that follows another joint q2: q1 - q1_0 = c0 + c1 (q2 - q2_0) + .. + c4 (q2 - q2_0)^4."""
-
-    follower: int
-    leader: int | None
-    """Index of the joint that leads; None if the follower is at a constant position."""
-    coefficients: np.ndarray
-    """The coefficients c0 to c4, shape (5,)."""
-
-    def apply(self, model: Any, qpos: np.ndarray) -> None:
-        """Set the position of the follower in configurations `qpos` of all joints, shape (.., nq)."""
-        moved = np.zeros(qpos.shape[:-1])
-        if self.leader is not None:
-            at = model.jnt_qposadr[self.leader]
-            moved = qpos[..., at] - model.qpos0[at]
-        at = model.jnt_qposadr[self.follower]
-        qpos[..., at] = model.qpos0[at] + np.polynomial.polynomial.polyval(moved, self.coefficients)
-
-
-def joint_equalities(model: Any) -> list[JointEquality]:
-    """Return the active equalities between joints of a model. MuJoCo also reads URDF's mimic joints as equalities."""
-    kind = needed("mujoco").mjtEq.mjEQ_JOINT
-    return [
-        JointEquality(int(model.eq_obj1id[k]), _leader(int(model.eq_obj2id[k])), np.array(model.eq_data[k, :5]))
-        for k in range(model.neq)
-        if model.eq_type[k] == kind and model.eq_active0[k]
-    ]
-
-
-def _leader(number: int) -> int | None:
-    return number if number >= 0 else None
 
 
 def with_tools(spec: Any, arms: tuple[Arm, ...]) -> Any:
@@ -280,17 +213,11 @@ def state_names(robot: Robot) -> tuple[str, ...]:
     description. If `lerobot` has no names, joints have their names in the model, without a common prefix such as
     `larm_`.
     """
-    names = [name for side, arm in zip(("left", "right"), robot.arms, strict=True) for name in _keys(side, arm)]
+    names: list[str] = []
+    for side, arm in zip(("left", "right"), robot.arms, strict=True):
+        shared = re.match(r".*[_/.\-]", commonprefix(arm.joints))  # noqa: RUF071 (letter by letter is meant)
+        start = len(shared[0]) if shared and len(arm.joints) > 1 else 0
+        stems = [re.sub(r"[^a-z0-9]+", "_", joint[start:].lower()) for joint in arm.joints]
+        names += arm.lerobot.joints or [f"{side}_{stem}.pos" for stem in stems]
+        names.append(arm.lerobot.gripper or f"{side}_gripper.pos")
     return (*names, *(() if robot.trunk is None else (f"{robot.trunk.lower()}.pos",)))
-
-
-def _keys(side: str, arm: Arm) -> list[str]:
-    """Return the keys of an arm's joints and of its gripper."""
-    *joints, gripper = [f"{side}_{stem}.pos" for stem in _of(arm)]
-    return [*(arm.lerobot.joints or joints), arm.lerobot.gripper or gripper]
-
-
-def _of(arm: Arm) -> list[str]:
-    shared = re.match(r".*[_/.\-]", commonprefix(arm.joints))  # noqa: RUF071 (letter by letter is meant)
-    start = len(shared[0]) if shared and len(arm.joints) > 1 else 0
-    return [*(re.sub(r"[^a-z0-9]+", "_", joint[start:].lower()) for joint in arm.joints), "gripper"]

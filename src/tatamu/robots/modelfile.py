@@ -19,20 +19,12 @@ from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.urdf import Urdf, located, read_urdf
 
-MESHES = (".stl", ".obj", ".msh")
-"""Formats of meshes that MuJoCo reads. Of the two .stl formats, MuJoCo reads only the binary format."""
-CONVERTED = (".ply", ".off")
-"""Formats of meshes that are converted to binary STL, like ASCII STL. The lengths in these files have no unit."""
 MAX_FILE = 64 * MIB
 """Maximum size of a model file, and of each file that the model names [bytes]."""
 MAX_DEPTH, MAX_ELEMENTS = 256, 20_000
 """Maximum depth and number of the elements in the XML of a model, with its included files and replicated elements."""
 MAX_HEIGHTS = 4_000_000
 """Maximum number of heights in a height field."""
-SMALL_MASS, SMALL_INERTIA = 1e-3, 1e-6
-"""Mass [kg] and inertia [kg m^2] of a link whose own are impossible and leave no better guess."""
-FULL_TURN = 2 * np.pi
-"""Range of a continuous joint in plans, from minus this angle to this angle [rad]."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +58,11 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
         InputError: If the file or a file that it names cannot be read.
     """
     mujoco = needed("mujoco")
-    root = _root(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    root = _parsed(path)
+    if root.tag not in ("robot", "mujoco"):
+        raise InputError(f"{path}: must be a URDF (<robot>) or an MJCF (<mujoco>), given <{root.tag[:40]}>")
     store = _Store(path)
     urdf: Urdf | None = None
     try:
@@ -141,7 +137,7 @@ def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
         free = model.continuous is None or joint.name in model.continuous
         if free and joint.type == mujoco.mjtJoint.mjJNT_HINGE and not _is_limited(spec, joint):
             joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-            joint.range = [sign * FULL_TURN / _unit(spec, joint) for sign in (-1, 1)]
+            joint.range = [sign * 2 * np.pi / _unit(spec, joint) for sign in (-1, 1)]
             found.append(joint.name)
     return found
 
@@ -188,13 +184,17 @@ class _Store:
 
     def mesh(self, file: Path) -> str:
         """Read a mesh file, store it, and return the name that is made from its content."""
-        suffix = file.suffix.lower()
-        if suffix not in (*MESHES, *CONVERTED):
-            formats = ", ".join((*MESHES, *CONVERTED))
-            raise InputError(f"{self._path}: mesh {file}: must be one of {formats}; convert the file without scaling")
+        suffix, formats = file.suffix.lower(), (".stl", ".obj", ".msh", ".ply", ".off")
+        if suffix not in formats:
+            raise InputError(
+                f"{self._path}: mesh {file}: must be one of {', '.join(formats)}; convert the file without scaling"
+            )
         content = self._read(file)
-        if suffix in CONVERTED or (suffix == ".stl" and _is_ascii(content)):
-            content, suffix = _as_stl(file, content, suffix), ".stl"
+        # MuJoCo reads neither PLY nor OFF, and of the two .stl formats only the binary one.
+        if suffix in (".ply", ".off") or (suffix == ".stl" and _is_ascii(content)):
+            with foreign(file, "a mesh that can be read"):
+                mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
+                content, suffix = trimesh.exchange.stl.export_stl(mesh), ".stl"
         return self._store(content, suffix)
 
     def heights(self, file: Path) -> str:
@@ -229,12 +229,6 @@ def _is_ascii(content: bytes) -> bool:
     return content.lstrip()[:5] == b"solid" and len(content) != 84 + 50 * count
 
 
-def _as_stl(file: Path, content: bytes, suffix: str) -> bytes:
-    with foreign(file, "a mesh that can be read"):
-        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
-        return trimesh.exchange.stl.export_stl(mesh)
-
-
 def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
     """Store the asset files that an MJCF file names, and replace their names by the names in the store."""
     drop_pictures(spec)
@@ -261,47 +255,27 @@ def _mend_dynamics(spec: Any) -> list[str]:
         else:
             moments, possible = np.zeros(3), bool(body.geoms or not body.joints)
         if not possible:
-            body.mass = body.mass if body.mass > 0 else SMALL_MASS
+            body.mass = body.mass if body.mass > 0 else 1e-3  # small values [kg, kg m^2], without a better guess
             body.fullinertia = [np.nan, 0, 0, 0, 0, 0]
-            body.inertia = [max(float(np.abs(moments).mean()), SMALL_INERTIA)] * 3
+            body.inertia = [max(float(np.abs(moments).mean()), 1e-6)] * 3
             body.explicitinertial = True
             found.append(body.name)
     return found
 
 
-def _root(path: Path) -> ElementTree.Element:
-    """Return the root element of a URDF or MJCF file."""
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file")
-    root = _parsed(path)
-    if root.tag not in ("robot", "mujoco"):
-        raise InputError(f"{path}: must be a URDF (<robot>) or an MJCF (<mujoco>), given <{root.tag[:40]}>")
-    return root
-
-
-class _ShallowTree(ElementTree.TreeBuilder):
-    """Builds the tree of an XML file, unless its elements are nested too deep or too many."""
-
-    depth = count = 0
-
-    def start(self, tag: Any, attrs: Any) -> Any:
-        self.depth, self.count = self.depth + 1, self.count + 1
-        if self.depth > MAX_DEPTH:
-            raise ValueError(f"elements are nested more than {MAX_DEPTH} deep")
-        if self.count > MAX_ELEMENTS:
-            raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
-        return super().start(tag, attrs)
-
-    def end(self, tag: Any) -> Any:
-        self.depth -= 1
-        return super().end(tag)
-
-
 def _parsed(path: Path) -> ElementTree.Element:
+    """Return the root element of an XML file, unless its elements are nested too deep or too many."""
+    depth = count = 0
     try:
-        parser = ElementTree.XMLParser(target=_ShallowTree())
-        parser.feed(read_bytes(path, MAX_FILE))
-        root: ElementTree.Element = parser.close()
+        events = ElementTree.iterparse(io.BytesIO(read_bytes(path, MAX_FILE)), ("start", "end"))
+        for event, element in events:
+            root = element  # at last, when it ends
+            depth += 1 if event == "start" else -1
+            count += event == "start"
+            if depth > MAX_DEPTH:
+                raise ValueError(f"elements are nested more than {MAX_DEPTH} deep")
+            if count > MAX_ELEMENTS:
+                raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
         if _replicated(root) > MAX_ELEMENTS:
             raise ValueError(f"there are more than {MAX_ELEMENTS} elements")
     except (ElementTree.ParseError, ValueError, LookupError) as error:

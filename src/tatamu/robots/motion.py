@@ -1,37 +1,30 @@
 """The robot's whole motion over time: its stages, and its waits while the fingers move.
 
-The motion is sampled at the robot's own rate.
+The motion is sampled at the robot's own rate. The library toppra finds the time-optimal timing of each path q(s) (Pham
+and Pham 2018), which respects the joints' limits and an upper bound on ds/dt. If s is the simulated time and the bound
+is 1, the robot is never faster than the simulated motion.
 """
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from pydantic import Field
+from scipy.interpolate import CubicSpline
 
 from tatamu.base.records import Record
+from tatamu.robots.extras import needed
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.paths import Stage
-from tatamu.robots.planfile import FingerEvent, GripperCommand, Segment
-from tatamu.robots.timing import Timed, timed
+from tatamu.robots.placement import Refused
+from tatamu.robots.planfile import FingerEvent
 
 PERIOD = 0.005
 """Time between two samples of a motion [s]. HIRONX is driven at this rate, 200 Hz."""
-ORDER = ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return")
-"""Names of a motion's stages and waits, in their order."""
-AT_THE_TABLE = ("lower", "enter", "raise")
-GENTLE = 0.25
-"""Fraction of the joints' acceleration limits that is used close above the table.
-
-Lower accelerations make the robot more accurate, because its drives follow commands with a delay.
-"""
-JOINT_MOVE = 20.0
-"""Maximum rate ds/dt at which a stage moves from one pose (s = 0) to the next pose (s = 1) [1/s].
-
-The rate is so high that only the joints' limits slow these stages down.
-"""
 
 
 class Pace(Record):
@@ -50,12 +43,37 @@ class Pace(Record):
 
 
 @dataclass(frozen=True)
+class Timed:
+    """A path of the joints with its timing."""
+
+    duration: float
+    """Duration of the motion [s]."""
+    angles: Callable[[np.ndarray], np.ndarray]
+    """Function from n times between 0 and `duration` [s] to the angles of k joints [rad], shape (n, k)."""
+    parameter: Callable[[np.ndarray], np.ndarray]
+    """Function from n times [s] to the path parameters s at these times, shape (n,)."""
+
+    def slowed(self, scale: float) -> Timed:
+        """Return the motion along the same path, with its speed multiplied by `scale`."""
+        return Timed(
+            self.duration / scale,
+            lambda times: self.angles(times * scale),
+            lambda times: self.parameter(times * scale),
+        )
+
+
+@dataclass(frozen=True)
 class TimedStage:
     """A stage or a wait of the motion, with its start time."""
 
     name: str
     start: float
     timed: Timed
+
+    @property
+    def end(self) -> float:
+        """End of the stage or wait [s]."""
+        return self.start + self.timed.duration
 
 
 @dataclass(frozen=True)
@@ -77,8 +95,7 @@ class Motion:
     def rows(self, name: str) -> np.ndarray:
         """Return the indices of the m samples within a stage or a wait, shape (m,)."""
         part = self.part(name)
-        inside = (self.times >= part.start) & (self.times <= part.start + part.timed.duration)
-        return np.flatnonzero(inside)
+        return np.flatnonzero((self.times >= part.start) & (self.times <= part.end))
 
     def simulated(self, rows: np.ndarray) -> np.ndarray:
         """Return the time in the simulation that belongs to each of m samples of the fold [s], shape (m,)."""
@@ -96,103 +113,100 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
     waits = {
         "lead": (pace.lead, robot.initial),
         "close": (pace.closing, by_name["fold"].spline(hands.times[0])),
-        "settle": (
-            max(0.0, hands.timing.opens - hands.timing.arrives),
-            by_name["fold"].spline(hands.times[-1]),
-        ),
+        "settle": (max(0.0, hands.timing.opens - hands.timing.arrives), by_name["fold"].spline(hands.times[-1])),
         "open": (pace.opening, by_name["fold"].spline(hands.times[-1])),
     }
     parts: list[TimedStage] = []
     start = 0.0
-    for name in ORDER:
+    for name in ("lead", "approach", "lower", "enter", "close", "fold", "settle", "open", "raise", "return"):
         if name in waits:
             driven = _still(*waits[name])
         else:
-            stage = by_name[name]
-            gently = GENTLE if name in AT_THE_TABLE else 1.0
-            driven = timed(stage.spline, min(stage.rate, JOINT_MOVE), speed, gently * acceleration)
+            # Lower accelerations close above the table make the robot more accurate, because its drives follow commands
+            # with a delay. Up to a rate ds/dt of 20 / s, only the joints' limits slow a move between two poses down.
+            gently = 0.25 if name in ("lower", "enter", "raise") else 1.0
+            driven = timed(by_name[name].spline, min(by_name[name].rate, 20.0), speed, gently * acceleration)
         driven = driven.slowed(pace.speed_scale)
         parts.append(TimedStage(name, start, driven))
         start += driven.duration
     times = PERIOD * np.arange(int(np.ceil(start / PERIOD)) + 1)
-    angles = _sampled(parts, times)
-    by_part = {part.name: part for part in parts}
-    closed = 0.0 * times if hovers else closing(times, by_part["close"], by_part["open"])
+    which = np.searchsorted([part.start for part in parts], times, side="right") - 1
+    angles = np.concatenate(
+        [part.timed.angles(times[which == number] - part.start) for number, part in enumerate(parts)]
+    )
+    fingers = [part for part in parts if part.name in ("close", "open")]
+    knots = [part.start + elapsed for part in fingers for elapsed in (0.0, max(part.timed.duration, 1e-6))]
+    closed = 0.0 * times if hovers else np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
     for arm in robot.folding:
         for joint, (opened, shut) in arm.jaw.fingers.items():
             angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
     angles = robot.followed(angles)
-    return Motion(times, angles, tuple(parts), _events(robot, parts), pace.speed_scale)
-
-
-def closing(times: np.ndarray, close: TimedStage, opening: TimedStage) -> np.ndarray:
-    """Return how far the jaws are closed at each of n times: 0 if open, 1 if closed, shape (n,)."""
-    knots = [part.start + elapsed for part in (close, opening) for elapsed in (0.0, max(part.timed.duration, 1e-6))]
-    return np.interp(times, knots, [0.0, 1.0, 1.0, 0.0])
+    events = tuple(
+        FingerEvent.model_validate({"time": round(part.start, 6), "arm": arm.name, "event": part.name})
+        for part in fingers
+        for arm in robot.folding
+    )
+    return Motion(times, angles, tuple(parts), events, pace.speed_scale)
 
 
 def _still(duration: float, q: np.ndarray) -> Timed:
     return Timed(duration, lambda times: np.broadcast_to(q, (len(times), len(q))), lambda times: times)
 
 
-def _sampled(parts: list[TimedStage], times: np.ndarray) -> np.ndarray:
-    starts = np.array([part.start for part in parts])
-    which = np.searchsorted(starts, times, side="right") - 1
-    angles = [part.timed.angles(times[which == number] - part.start) for number, part in enumerate(parts)]
-    return np.concatenate(angles)
+class _Path:
+    """The path q(s) as toppra needs it."""
+
+    def __init__(self, spline: CubicSpline, columns: np.ndarray) -> None:
+        self._spline, self._columns = spline, columns
+        self.path_interval = np.array([spline.x[0], spline.x[-1]])
+        self.waypoints = (spline.x, self(spline.x))
+        self.dof = int(columns.sum()) + 1
+        self.duration = float(spline.x[-1] - spline.x[0])
+
+    def __call__(self, s: np.ndarray | float, order: int = 0) -> np.ndarray:
+        values = self._spline(s, order)[..., self._columns]
+        clock = (np.asarray(s, dtype=float), np.ones(np.shape(s)), np.zeros(np.shape(s)))[order]
+        return np.concatenate([values, clock[..., None]], axis=-1)
 
 
-def _events(robot: Robot, parts: list[TimedStage]) -> tuple[FingerEvent, ...]:
-    starts = {part.name: part.start for part in parts}
-    return tuple(
-        FingerEvent.model_validate({"time": round(starts[name], 6), "arm": arm.name, "event": name})
-        for name in ("close", "open")
-        for arm in robot.folding
-    )
+def timed(spline: CubicSpline, rate: float, speed: np.ndarray, acceleration: np.ndarray) -> Timed:
+    """Find the fastest time parameterisation of a path that starts and ends at rest.
 
+    Args:
+        spline: The path q(s) of k joints [rad].
+        rate: Upper bound on ds/dt.
+        speed: Speed limit of each of the k joints [rad/s], shape (k,).
+        acceleration: Acceleration limit of each of the k joints [rad/s^2], shape (k,).
 
-SHUT = 0.0
-"""Width to which the jaws are commanded when they grip cloth, which stops them earlier [m]."""
-
-
-def segments(motion: Motion, hover: float) -> tuple[Segment, ...]:
-    """Return the parts of the robot's motion. A program that plays the motion can stop between two parts."""
-    closing, opening = motion.part("close"), motion.part("open")
-    end = max(part.start + part.timed.duration for part in motion.parts)
-    spans = (
-        ("approach", 0.0, closing.start, "close"),
-        ("fold", closing.start + closing.timed.duration, opening.start, "open"),
-        ("leave", opening.start + opening.timed.duration, end, ""),
-    )
-    return tuple(
-        Segment.model_validate(
-            {
-                "name": name,
-                "start": round(begins, 6),
-                "duration": round(ends - begins, 6),
-                "then": "" if hover else then,
-            }
-        )
-        for name, begins, ends, then in spans
-    )
-
-
-def gripper_commands(motion: Motion, arms: tuple[Arm, ...], hover: float) -> tuple[GripperCommand, ...]:
-    """Return the commands to the grippers in the order of time.
-
-    The jaws open at the start, close at the event `close` and open again at the event `open`.
+    Raises:
+        Refused: If no motion along the path satisfies the limits.
     """
-    widths = [("lead", False)] if hover else [("lead", False), ("close", True), ("open", False)]
-    return tuple(
-        GripperCommand.model_validate(
-            {
-                "time": round(motion.part(stage).start, 6),
-                "arm": arm.name,
-                "width": SHUT if closed else arm.jaw.opening,
-                "force": arm.jaw.force,
-                "duration": round(motion.part(stage).timed.duration, 6),
-            }
-        )
-        for stage, closed in widths
-        for arm in arms
-    )
+    toppra = needed("toppra")
+    logging.getLogger("toppra").setLevel(logging.CRITICAL)
+    # Motions of a joint below 1e-5 rad are not timed, because they disturb the linear programs.
+    moving = np.ptp(spline(np.linspace(spline.x[0], spline.x[-1], 101)), axis=0) > 1e-5
+    path = _Path(spline, moving)
+    length = path.duration
+    # The change of ds/dt is limited too. Without this limit, ds/dt would jump on a path without motion. The limit is so
+    # high that it costs almost no time.
+    sudden = 50 * rate * max(1.0, rate / length)
+    kept = 0.98  # fraction of each joint limit that plans use, because toppra respects limits only at grid points
+    bounds = np.append(kept * speed[moving], rate), np.append(kept * acceleration[moving], sudden)
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(np.stack([-bounds[0], bounds[0]], axis=1)),
+        toppra.constraint.JointAccelerationConstraint(np.stack([-bounds[1], bounds[1]], axis=1)),
+    ]
+    grid = np.unique(np.concatenate([np.linspace(spline.x[0], spline.x[-1], 301), spline.x]))
+    algorithm = toppra.algorithm.TOPPRA(constraints, path, gridpoints=grid, parametrizer="ParametrizeConstAccel")
+    still = bool((np.abs(path(path.path_interval, 1)[:, :-1]) < 1e-6).all())
+    for ends in [rate * 0.999, 0.0] if still else [0.0]:
+        result = algorithm.compute_trajectory(ends, ends)
+        if result is not None:
+            break
+    else:
+        raise Refused("the path cannot be driven within the joints' limits (time parameterisation failed)", 1.0)
+
+    def parameter(times: np.ndarray) -> np.ndarray:
+        return result(np.clip(times, 0, result.duration))[:, -1]
+
+    return Timed(float(result.duration), lambda times: spline(parameter(times)), parameter)

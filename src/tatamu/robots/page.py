@@ -16,18 +16,15 @@ from tatamu.report.measures import MEASURES
 from tatamu.report.tables import Column
 from tatamu.report.topview import TopView, beside
 from tatamu.robots.checks import in_words
-from tatamu.robots.links import link_boxes
 from tatamu.robots.pose import into
 from tatamu.robots.refold import Refold
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.robots.report import AS_FLOATING, as_planned, halved
+from tatamu.robots.stage import link_boxes
 from tatamu.show.chart import Chart, Plot, axis, line, traces
 from tatamu.show.page import render
 from tatamu.show.replay import FRAMES, HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
-
-POINTS = 400
-"""Maximum number of points in a curve of the page."""
 
 
 def write_page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None, folder: Path) -> Path:
@@ -45,11 +42,14 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
         replay=_replay(rehearsal, fold) if fold else None,
         title=f"{title(fold.learned)}, {robot}" if fold and fold.learned else robot,
         good=as_planned(figures) and (fold is None or fold.apart.mean() <= AS_FLOATING),
-        events=_events(rehearsal),
+        events=[(time / rehearsal.times[-1], name) for name, time in _marks(rehearsal).items()],
         figures=figures,
         fold=fold,
         mesh=halved(fold.halvings) if fold and fold.halvings else "",
-        columns=_columns(figures),
+        columns=[
+            Column(name, Score.model_validate(score))
+            for name, score in (figures["fold"]["scores"] if figures["fold"] else {}).items()
+        ],
         measures=MEASURES,
         views=_views(fold),
         rehearsal=rehearsal,
@@ -63,12 +63,6 @@ def page(rehearsal: Rehearsal, figures: dict[str, Any], fold: Refold | None) -> 
             ("real time factor", f"{rehearsal.real_time_factor:.1f}"),
         ],
     )
-
-
-def _columns(figures: dict[str, Any]) -> list[Column]:
-    """Return table columns with the scores of the robot's fold, the fold by floating hands, and the learned fold."""
-    scores = figures["fold"]["scores"] if figures["fold"] else {}
-    return [Column(name, Score.model_validate(score)) for name, score in scores.items()]
 
 
 def _views(fold: Refold | None) -> list[TopView]:
@@ -106,16 +100,13 @@ def _replay(rehearsal: Rehearsal, fold: Refold) -> dict[str, Any]:
     return replay_data(rollout, fold.scene, hands, scale, link_boxes(rehearsal.planned, rehearsal.angles[moved], times))
 
 
-def _events(rehearsal: Rehearsal) -> list[tuple[float, str]]:
-    """Return the marks under the replay's slider."""
-    return [
-        (rehearsal.planned.event(rehearsal.planned.arms[0], name) / rehearsal.times[-1], name)
-        for name in ("close", "open")
-    ]
+def _marks(rehearsal: Rehearsal) -> dict[str, float]:
+    """Return the times of the events that are marked [s], by their names."""
+    return {name: rehearsal.planned.event(rehearsal.planned.arms[0], name) for name in ("close", "open")}
 
 
 def _following(rehearsal: Rehearsal) -> list[Chart]:
-    every = max(1, len(rehearsal.times) // POINTS)
+    every = max(1, len(rehearsal.times) // 400)  # about as many points in a curve
     times = rehearsal.times[::every]
     joints = {
         name: 1e3 * column
@@ -123,7 +114,7 @@ def _following(rehearsal: Rehearsal) -> list[Chart]:
         if np.ptp(column) > 1e-6
     }
     tools = dict(zip(rehearsal.planned.arms, 1e3 * rehearsal.tool_distances[:, ::every], strict=True))
-    marks = [rehearsal.planned.event(rehearsal.planned.arms[0], name) for name in ("close", "open")]
+    marks = list(_marks(rehearsal).values())
     return [
         Chart("Joints", _curves(times, joints, "off the plan [mrad]", marks)),
         Chart("Tools", _curves(times, tools, "off the plan [mm]", marks)),

@@ -19,8 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.extras import needed
-from tatamu.robots.model import TABLE, Arm, Robot
+from tatamu.robots.model import TABLE, Robot
 
 ON_TABLE, FINGERS, OBSTACLES, CLOTH = "to the table", "of fingers to the table", "to obstacles", "to the cloth"
 
@@ -47,7 +48,7 @@ DISTANCES = {
 }
 """Limits for each kind of distance. Links are represented by boxes that contain them.
 
-That of fingers and table is smaller than `jaw.GAP`, the planned distance of the lower finger above the table.
+That of fingers and table is smaller than `arm.GAP`, the planned distance of the lower finger above the table.
 """
 KINDS = tuple(kind for kind in DISTANCES if kind != CLOTH)
 """Kinds of distances between shapes of the model."""
@@ -91,15 +92,14 @@ def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
     table = int(model.geom(TABLE).id)
     for number, a in enumerate(shapes):
         if a.depth >= 1 and only in (None, a.arm):
-            rows[_at_table(robot, a.geom)].append((a.geom, table))
+            rows[FINGERS if link_name(model, a.geom) in robot.fingers else ON_TABLE].append((a.geom, table))
         for b in shapes[number + 1 :]:
             first, second = (a, b) if a.arm else (b, a)
             kind = _kind(first, second)
             if kind is None or only not in (None, a.arm, b.arm):
                 continue
-            (near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else rows[kind]).append(
-                (first.geom, second.geom)
-            )
+            asked = near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else rows[kind]
+            asked.append((first.geom, second.geom))
     stands = _standing(robot, near)
     rows[OBSTACLES] += [pair for pair in near if pair not in stands]
     untested = [(link_name(model, a), link_name(model, b)) for a, b in stands]
@@ -117,11 +117,6 @@ def link_name(model: Any, geom: int) -> str:
 def hand_shapes(robot: Robot, arm: Arm) -> list[int]:
     """Return the numbers of the shapes that all joints of an arm move: the hand with its fingers."""
     return [shape.geom for shape in _shapes(robot) if shape.arm == arm.name and shape.depth == len(arm.joints)]
-
-
-def _at_table(robot: Robot, geom: int) -> str:
-    """Return the kind of a pair that consists of a shape and the table."""
-    return FINGERS if link_name(robot.model, geom) in robot.fingers else ON_TABLE
 
 
 def _kind(a: _Shape, b: _Shape) -> str | None:
@@ -146,15 +141,17 @@ def _shapes(robot: Robot) -> list[_Shape]:
         if not (model.geom_contype[geom] or model.geom_conaffinity[geom]) or model.geom(geom).name == TABLE:
             continue
         body = int(model.geom_bodyid[geom])
-        joints = [
-            number
-            for above in _ancestors(model, body)
-            for number in range(model.body_jntadr[above], model.body_jntadr[above] + model.body_jntnum[above])
-        ]
+        joints = joints_above(model, body)
         moved_by = [arm_of[number] for number in joints if number in arm_of]
         carries = frozenset(name for name, bodies in roots.items() if body in bodies)
-        found.append(_Shape(geom, moved_by[0] if moved_by else "", len(moved_by), carries, not joints))
+        found.append(_Shape(geom, moved_by[-1] if moved_by else "", len(moved_by), carries, not joints))
     return found
+
+
+def joints_above(model: Any, body: int) -> list[int]:
+    """Return the numbers of the joints that move a body, from the base outwards."""
+    firsts = [(int(model.body_jntadr[above]), above) for above in reversed(_ancestors(model, body))]
+    return [number for first, above in firsts for number in range(first, first + int(model.body_jntnum[above]))]
 
 
 def _ancestors(model: Any, body: int) -> list[int]:

@@ -11,9 +11,9 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from tatamu.robots.chain import Chain
+from tatamu.robots.arm import Arm
+from tatamu.robots.chain import LENGTH, Chain
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.kinematics import Missed, follow
 from tatamu.robots.model import Robot
 from tatamu.robots.placement import LIFT, UNDER, Grip, Hold, Placement, Refused
 from tatamu.robots.pose import out_of, pose
@@ -23,7 +23,11 @@ from tatamu.study.result import Result
 
 CLOSE_ENOUGH = 1.5e-4
 """Maximum distance between tools and the hands' curves without a further via-point [m]."""
-ROUNDS = 4
+NEAR, ALIGNED = 1e-4, 1e-3
+"""Limits for a tool's distance [m] and angle [rad] from its target pose.
+
+Messages about a missed pose report only distances and angles above these limits.
+"""
 
 
 @dataclass(frozen=True)
@@ -93,10 +97,81 @@ def tool_poses(robot: Robot, chains: tuple[Chain, ...], q: np.ndarray) -> np.nda
     trunk = q[:, robot.columns[robot.trunk]] if robot.trunk else np.zeros(len(q))
     return np.array(
         [
-            chain.trunk_pose(trunk) @ chain.tool(q[:, [robot.columns[name] for name in arm.joints]])[0]
+            chain.trunk_pose(trunk) @ chain.tool(q[:, robot.arm_columns(arm)])[0]
             for chain, arm in zip(chains, robot.folding, strict=True)
         ]
     )
+
+
+@dataclass(frozen=True)
+class Missed:
+    """A tool pose that has no solution near the previous pose."""
+
+    point: int
+    """Index of the pose on the path."""
+    arm: str
+    distance: float
+    """Distance from the tool to its target position [m]."""
+    turn: float
+    """Angle between the orientation of the tool and its target orientation [rad]."""
+    joint: str | None
+    """A joint that is at its limit; None if no joint is at its limit."""
+
+    @property
+    def reason(self) -> str:
+        """Explanation why the pose has no solution, as text."""
+        if self.joint:
+            why = f"{self.joint} is at its limit"
+        elif self.distance > NEAR:
+            why = "the hand is out of reach"
+        elif self.turn > ALIGNED:
+            why = "the hand gets there, but cannot turn its jaws as needed"
+        else:
+            why = "its joints cannot move on from a singular pose"
+        distance = f"{1e3 * self.distance:.1f} mm" if self.distance > NEAR else ""
+        turn = f"{np.degrees(self.turn):.1f} deg" if self.turn > ALIGNED else ""
+        left = " and ".join(filter(None, (distance, turn)))
+        return why + (f", {left} are left" if left else "")
+
+
+def follow(
+    robot: Robot, chains: tuple[Chain, ...], tools: np.ndarray, trunk: np.ndarray, start: np.ndarray
+) -> tuple[np.ndarray, Missed | None]:
+    """Return the configurations of the robot along the arms' tool poses, each solved from the one before.
+
+    Args:
+        robot: The robot.
+        chains: Chains of the arms that fold.
+        tools: Poses X_BT of the tool T in the base B for each arm that folds, shape (arms, n, 4, 4).
+        trunk: Given angle of the trunk at each pose [rad], shape (n,).
+        start: Angles of all nq joints at the start [rad], shape (nq,).
+
+    Returns:
+        Configurations [rad] for the first m poses, shape (m, nq), and the next pose, which has no solution. If all
+        n poses have a solution, m is n, and None is returned instead of the next pose.
+    """
+    found = np.tile(start, (tools.shape[1], 1))
+    if robot.trunk is not None:
+        found[:, robot.columns[robot.trunk]] = trunk
+    missed: list[Missed] = []
+    for arm, chain, poses in zip(robot.folding, chains, tools, strict=True):
+        columns = robot.arm_columns(arm)
+        angles = start[None, columns]
+        for point, target in enumerate(chain.before_trunk(poses, trunk)):
+            solved, reached = chain.solve(target[None], angles, steps=60, tolerance=2e-6, damping=1e-9)
+            if not reached[0]:
+                missed.append(_missed(arm, chain, point, solved, target))
+                break
+            found[point, columns] = angles = solved
+    first = min(missed, key=lambda each: each.point, default=None)
+    return (found, None) if first is None else (found[: first.point], first)
+
+
+def _missed(arm: Arm, chain: Chain, point: int, angles: np.ndarray, target: np.ndarray) -> Missed:
+    error = chain.error(angles, target[None])[0][0]
+    room = np.abs(angles[0, :, None] - chain.limits).min(axis=1)
+    joint = arm.joints[int(room.argmin())] if room.min() < 1e-4 else None
+    return Missed(point, arm.name, float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])) / LENGTH, joint)
 
 
 class Paths:
@@ -106,28 +181,32 @@ class Paths:
         self.task = task
         self.chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.folding)
 
-    def stages(self, lower_speed: float, raise_speed: float, rate: float) -> list[Stage]:
+    def stages(self, lower_speed: float, raise_speed: float) -> list[Stage]:
         """Return all stages in order.
 
         Args:
             lower_speed: Speed of the tools towards the cloth [m/s].
             raise_speed: Speed of the tools along the table and away from the cloth [m/s].
-            rate: Maximum speed during the fold, relative to the hands in the simulation.
 
         Raises:
             Refused: If an arm cannot follow the hands.
         """
         first, last = float(self.task.hands.times[0]), float(self.task.hands.times[-1])
-        lower = self._lower(first, self._before())
-        enter = self._enter(first, lower(LIFT))
+        lift, under = np.linspace(0, LIFT, 7), np.linspace(0, UNDER, 5)
+        # The tools move along their axes down to the table, next to the edge of the cloth.
+        beside = self._beside(first, np.full(len(lift), UNDER), LIFT - lift)
+        lower = self._line(first, lift, beside, self._before(), 0.0)
+        # They move to the edge of the cloth, with one finger under the cloth and one finger over it.
+        enter = self._line(first, under, self._beside(first, UNDER - under), lower(LIFT), 0.0)
         fold = self._fold(enter(UNDER))
-        leave = self._leave(last, fold(last))
+        # They leave the folded edge along their axes, so no finger lifts the edge.
+        leave = self._line(last, lift, self._back(last, lift), fold(last), 1.0)
         home = self.task.robot.initial
         return [
             Stage("approach", CubicSpline([0, 1], [home, lower(0)]), np.inf),
             Stage("lower", lower, lower_speed),
             Stage("enter", enter, raise_speed),
-            Stage("fold", fold, rate),
+            Stage("fold", fold, 1.0),  # the robot is never faster than the simulated hands
             Stage("raise", leave, raise_speed),
             Stage("return", CubicSpline([0, 1], [leave(LIFT), home]), np.inf),
         ]
@@ -154,21 +233,6 @@ class Paths:
         tools[:, :, :3, 3] -= distances[None, :, None] * ahead[:, None, :]
         return tools
 
-    def _lower(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the path down to the table, next to the edge of the cloth. The tools move along their axes."""
-        s = np.linspace(0, LIFT, 7)
-        return self._line(time, s, self._beside(time, np.full(len(s), UNDER), LIFT - s), start, 0.0)
-
-    def _enter(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the path to the edge of the cloth, with one finger under the cloth and one finger over it."""
-        s = np.linspace(0, UNDER, 5)
-        return self._line(time, s, self._beside(time, UNDER - s), start, 0.0)
-
-    def _leave(self, time: float, start: np.ndarray) -> CubicSpline:
-        """Return the path away from the folded edge. The tools move along their axes, so no finger lifts the edge."""
-        s = np.linspace(0, LIFT, 7)
-        return self._line(time, s, self._back(time, s), start, 1.0)
-
     def _line(self, time: float, s: np.ndarray, tools: np.ndarray, start: np.ndarray, progress: float) -> CubicSpline:
         trunk = np.full(len(s), self.task.trunk(np.array([time]))[0])
         q, missed = follow(self.task.robot, self.chains, tools, trunk, start)
@@ -178,7 +242,7 @@ class Paths:
 
     def _fold(self, start: np.ndarray) -> CubicSpline:
         times = self.task.hands.times
-        for _ in range(ROUNDS):
+        for _ in range(4):
             tools = self.task.tools(times)
             q, missed = follow(self.task.robot, self.chains, tools, self.task.trunk(times), start)
             if missed:

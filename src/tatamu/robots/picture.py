@@ -63,18 +63,13 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
     chosen = plan.task.placement
     if reach is None:
         return
-    middle = _middle(plan)
+    points = plan.task.hands.at(plan.task.hands.times).reshape(-1, 3)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2  # of both hands' paths
     for placement, quality in reversed(list(zip(reach.placements, reach.quality, strict=True))):
         near = abs(placement.z - chosen.z) < 0.03 and abs(placement.yaw - chosen.yaw) < 0.25
         if near and placement.turning == chosen.turning:
-            centre = (placement.matrix @ middle)[:2]
+            centre = (placement.matrix @ np.append(middle, 1.0))[:2]
             drawing.add(Box(centre - CELL / 2, centre + CELL / 2, _colour(float(quality)), "card"))
-
-
-def _middle(plan: RobotPlan) -> np.ndarray:
-    """Return the middle of both hands' paths in the fold's frame F, as homogeneous coordinates, shape (4,)."""
-    points = plan.task.hands.at(plan.via_times).reshape(-1, 3)
-    return np.append((points.min(axis=0) + points.max(axis=0)) / 2, 1.0)
 
 
 def _colour(quality: float) -> str:
@@ -100,7 +95,7 @@ def _draw_robot(drawing: Drawing, plan: RobotPlan) -> None:
 
 def _draw_hands(drawing: Drawing, plan: RobotPlan) -> None:
     task = plan.task
-    points = out_of(task.placement.matrix, task.hands.at(plan.via_times))
+    points = out_of(task.placement.matrix, task.hands.at(plan.task.hands.times))
     for arm, path in zip(task.robot.folding, points, strict=True):
         colour = COLOURS[arm.name]
         drawing.line(path[:, :2], colour, 2.5)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.base.errors import TatamuError
+from tatamu.robots.arm import Arm, Jaw
 from tatamu.robots.chain import Chain
-from tatamu.robots.jaw import Jaw
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.pose import out_of, pose, turn
 
 LIFT = 0.06
@@ -52,10 +52,6 @@ class Placement:
         """The pose X_BF, shape (4, 4)."""
         return pose(turn(2, self.yaw), np.array([self.x, self.y, self.z]))
 
-    def begins(self, points: np.ndarray) -> float:
-        """Return the smallest x in B of points in F [m], shape (.., 3)."""
-        return float((points @ self.matrix[0, :3]).min() + self.x)
-
     def __str__(self) -> str:
         turning = f", trunk turning by {self.turning:.0%}" if self.turning else ""
         return (
@@ -85,19 +81,6 @@ class Hold:
         flip = turn(2, np.pi) if self.flipped else np.eye(3)
         return turn(2, heading + self.yaw) @ across @ flip
 
-    def ahead(self, heading: float) -> np.ndarray:
-        """Return the horizontal direction in B in which the open jaws move over the edge of the cloth, shape (3,)."""
-        return np.array([np.cos(heading + self.yaw), np.sin(heading + self.yaw), 0.0])
-
-    def offset(self, jaw: Jaw, heading: float, over: float) -> np.ndarray:
-        """Return the constant offset from the simulated hand, at the edge of the cloth, to T in B [m], shape (3,).
-
-        The fingertips meet at `jaw.depth` from the edge and as low as the lower finger allows. `over` is the height of
-        the simulated hand above the table at the grasp [m].
-        """
-        across = jaw.depth * np.array([np.cos(heading), np.sin(heading)])
-        return np.append(across, jaw.height(self.tilt) - over)
-
 
 @dataclass(frozen=True)
 class Grip:
@@ -116,12 +99,17 @@ class Grip:
         return cls(jaw, float(np.arctan2(y, x)), float(path[0, 2]))
 
     def tool(self, yaw: float, hold: Hold) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return R_BT (3, 3), the offset from the simulated hand to T [m] (3,), and `Hold.ahead` (3,), all in B.
+        """Return R_BT, shape (3, 3), and two vectors in B, shape (3,), for the yaw of a placement [rad].
 
-        `yaw` is that of the placement [rad].
+        The vectors are the constant offset from the simulated hand, at the edge of the cloth, to T [m], and the
+        horizontal direction in which the open jaws move over the edge. The fingertips meet at `jaw.depth` from the edge
+        and as low as the lower finger allows.
         """
         heading = yaw + self.heading
-        return hold.rotation(heading), hold.offset(self.jaw, heading, self.over), hold.ahead(heading)
+        across = self.jaw.depth * np.array([np.cos(heading), np.sin(heading)])
+        offset = np.append(across, self.jaw.height(hold.tilt) - self.over)
+        ahead = np.array([np.cos(heading + hold.yaw), np.sin(heading + hold.yaw), 0.0])
+        return hold.rotation(heading), offset, ahead
 
 
 def tool_paths(placements: Sequence[Placement], holds: Sequence[Hold], points: np.ndarray, jaw: Jaw) -> np.ndarray:
@@ -148,18 +136,12 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
 
     The hand comes from outside the cloth, and a hand with a yaw is turned towards the other hand.
     """
-    tilts, yaws = (FINE_TILTS, FINE_YAWS) if fine else (TILTS, YAWS)
+    tilts = (12, 20, 30, 42) if fine else (15, 30, 45)  # [degrees]
+    yaws = (0, 15, 30, 45, 60) if fine else (0, 30, 60)
     (least, greatest), inwards = arm.jaw.tilt, -1.0 if arm.name == "larm" else 1.0
     tilted = [tilt for tilt in np.radians(tilts) if least <= tilt <= greatest and arm.jaw.takes_at(tilt)] or [least]
     turned = [inwards * yaw for yaw in np.radians(yaws) if yaw <= arm.jaw.yaw]
     return [Hold(float(tilt), float(yaw), flip) for tilt in tilted for yaw in turned for flip in (False, True)]
-
-
-TILTS, YAWS = (15, 30, 45), (0, 30, 60)
-FINE_TILTS, FINE_YAWS = (12, 20, 30, 42), (0, 15, 30, 45, 60)
-"""Tilts and yaws of the hands that are tried near good placements, and above elsewhere [degrees]."""
-SHALLOW, ASIDE = 0.3, 0.3
-"""The quality is divided by 1 + SHALLOW (1 - tilt / (pi / 2)) + ASIDE |yaw|."""
 
 
 TURNS = [
@@ -190,7 +172,8 @@ def grid(robot: Robot, points: np.ndarray, heights: tuple[float, float], straigh
     shoulder = np.mean([chain.shoulder for chain in chains], axis=0)
     reach = min(chain.reach for chain in chains)
     levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 4)
-    heading = _heading(points)
+    x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
+    heading = float(np.arctan2(y, x))  # direction in which the hands move
     return [
         _beginning(
             robot.front + ahead * reach, shoulder[1] + aside * reach, float(level), yaw - heading, points, turning
@@ -212,13 +195,11 @@ def neighbours(best: Placement, points: np.ndarray, heights: tuple[float, float]
         ]
     )
     found = [Placement(best.x + x, best.y + y, best.z + z, best.yaw + yaw, best.turning) for x, y, z, yaw in steps]
-    return [place for place in found if heights[0] <= place.z <= heights[1] and place.begins(points) >= front]
-
-
-def _heading(points: np.ndarray) -> float:
-    """Return the direction in which the hands move [rad]."""
-    x, y = (points[:, -1] - points[:, 0]).mean(axis=0)[:2]
-    return float(np.arctan2(y, x))
+    return [
+        place
+        for place in found
+        if heights[0] <= place.z <= heights[1] and (points @ place.matrix[0, :3]).min() + place.x >= front
+    ]
 
 
 def _beginning(x: float, y: float, z: float, yaw: float, points: np.ndarray, turning: float) -> Placement:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,19 +17,11 @@ from tatamu.base.errors import InputError
 from tatamu.robots.checks import Checks, failing
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
-from tatamu.robots.motion import Motion, Pace, gripper_commands, motion, segments
+from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, cloth_of
 from tatamu.robots.placement import Placement, Refused
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import (
-    SEARCH,
-    PlacementRanking,
-    Progress,
-    best_placements,
-    out_of_reach,
-    search,
-    table_heights,
-)
+from tatamu.robots.reach import SEARCH, PlacementRanking, best_placements, out_of_reach, search, table_heights
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -39,6 +30,10 @@ CANDIDATES = 12
 
 If none of these plans passes its checks, the fold is refused.
 """
+
+
+SHUT = 0.0
+"""Width to which the jaws are commanded when they grip cloth, which stops them earlier [m]."""
 
 
 class NoPlacement(InputError):
@@ -56,24 +51,45 @@ class RobotPlan:
     """Result of the search for placements; None if the user gave the placement."""
 
     @property
-    def via_times(self) -> np.ndarray:
-        """Simulated times of the via-points [s], shape (v,)."""
-        return self.task.hands.times
-
-    @property
     def events(self) -> tuple[FingerEvent, ...]:
         """Times at which fingers close and open; empty if the motion only hovers above the table."""
         return () if self.task.hover else self.motion.events
 
     @property
     def gripper_commands(self) -> tuple[GripperCommand, ...]:
-        """Commands to the grippers in the order of time."""
-        return gripper_commands(self.motion, self.task.robot.folding, self.task.hover)
+        """Commands to the grippers in the order of time.
+
+        The jaws open at the start, close at the event `close` and open again at the event `open`.
+        """
+        stages = [self.motion.part(name) for name in ("lead", "close", "open")[: 1 if self.task.hover else None]]
+        return tuple(
+            GripperCommand.model_validate(
+                {
+                    "time": round(stage.start, 6),
+                    "arm": arm.name,
+                    "width": SHUT if stage.name == "close" else arm.jaw.opening,
+                    "force": arm.jaw.force,
+                    "duration": round(stage.timed.duration, 6),
+                }
+            )
+            for stage in stages
+            for arm in self.task.robot.folding
+        )
 
     @property
     def segments(self) -> tuple[Segment, ...]:
         """The parts of the motion. A program that plays the motion can stop between two parts."""
-        return segments(self.motion, self.task.hover)
+        closing, opening = self.motion.part("close"), self.motion.part("open")
+        spans = (
+            ("approach", 0.0, closing.start, "close"),
+            ("fold", closing.end, opening.start, "open"),
+            ("leave", opening.end, max(part.end for part in self.motion.parts), ""),
+        )
+        found = []
+        for name, begins, ends, then in spans:
+            fields = {"name": name, "start": round(begins, 6), "duration": round(ends - begins, 6)}
+            found.append(Segment.model_validate({**fields, "then": "" if self.task.hover else then}))
+        return tuple(found)
 
 
 def plan_fold(
@@ -107,7 +123,10 @@ def plan_fold(
     refusals: list[Refused] = []
     starts = robot.ways(len(hands.curves))
     for number, starting in enumerate(starts):
-        searched = partial(_searched, progress, SEARCH * number, SEARCH * len(starts))
+
+        def searched(done: int, before: int = SEARCH * number) -> None:
+            progress(before + done, SEARCH * len(starts))
+
         try:
             heights = table_heights(starting, table_height)
         except Refused as error:
@@ -126,10 +145,6 @@ def plan_fold(
     raise NoPlacement(f"{name}: no placement in front of the robot lets {arms} do the fold: {best}")
 
 
-def _searched(progress: Callable[[int, int], object], before: int, total: int, done: int) -> None:
-    progress(before + done, total)
-
-
 def _candidates(
     source: Result | ResultFolder,
     robot: Robot,
@@ -137,14 +152,18 @@ def _candidates(
     place: tuple[float, float, float] | None,
     heights: tuple[float, float],
     refusals: list[Refused],
-    progress: Progress,
+    progress: Callable[[int], object],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
     """Return the most promising placements of the fold, each as a fold to plan."""
     cloth = cloth_of(source)
     if place is None:
         reach = best_placements(robot, hands, heights, cloth, progress)
     else:
-        reach = search(robot, hands, _at(robot, place, heights), fine=True, cloth=cloth, progress=progress)
+        x, y, yaw = place
+        levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
+        turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
+        tried = [Placement(x, y, float(z), yaw, turn) for z in levels for turn in turning]
+        reach = search(robot, hands, tried, fine=True, cloth=cloth, progress=progress)
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))
@@ -153,13 +172,6 @@ def _candidates(
         (PlacedFold(robot, hands, placement, holds, source), reach)
         for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
     ]
-
-
-def _at(robot: Robot, place: tuple[float, float, float], heights: tuple[float, float]) -> list[Placement]:
-    """Return the placements with a given x, y [m] and yaw [rad], for table heights between two bounds [m]."""
-    levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
-    turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
-    return [Placement(*place[:2], float(z), place[2], turn) for z in levels for turn in turning]
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
@@ -175,7 +187,7 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
 
 def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
     paths = Paths(task)
-    stages = paths.stages(pace.lower_speed, pace.raise_speed, 1.0)
+    stages = paths.stages(pace.lower_speed, pace.raise_speed)
     driven = motion(task.robot, task.hands, stages, pace, task.hover > 0)
     checks = Checks(task, paths, driven).all()
     bad = failing(checks)

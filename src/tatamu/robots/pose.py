@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 
@@ -27,6 +29,11 @@ def pose(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
     matrix[..., :3, :3] = rotation
     matrix[..., :3, 3] = position
     return matrix
+
+
+def frame_pose(frame: Any) -> np.ndarray:
+    """Return the pose X_WA of a body, site or shape A of MuJoCo's data in the world frame W, shape (4, 4)."""
+    return pose(frame.xmat.reshape(3, 3), frame.xpos)
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:

@@ -8,11 +8,12 @@ from itertools import product
 
 import numpy as np
 
+from tatamu.robots.arm import Arm
 from tatamu.robots.arm_reach import CLEAR, HOPELESS, ArmReach, follow
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Arm, Robot
+from tatamu.robots.model import Robot
 from tatamu.robots.pairs import DISTANCES, KINDS
 from tatamu.robots.placement import Hold, Placement, Refused, grid, holds_of, neighbours
 from tatamu.simulation.rollout import Rollout
@@ -24,12 +25,6 @@ SAMPLES = 10
 """Number of points on each hand's path for which the arm's reach is tested."""
 ALONE = tuple(kind for kind in KINDS if kind != "between arms")
 """Kinds of distances that depend on the pose of only one arm."""
-TABLE_ROOM = 0.01
-"""Minimum height of the robot's lowest point above the table in the initial pose [m]."""
-ON_THE_WAY = (0.25, 0.5, 0.75)
-"""Fractions of the way from the initial pose to the fold at which distances are also computed."""
-REFINED = 2
-"""Number of the best placements around which further placements are tried."""
 ASKED = 80
 """Maximum number of placements for which distances between links are computed."""
 SEARCH = 2 * ASKED
@@ -58,10 +53,6 @@ class PlacementRanking:
         return int((self.quality >= 0).sum())
 
 
-def silent(done: int) -> None:
-    """Report nothing."""
-
-
 def table_heights(robot: Robot, given: float | None = None) -> tuple[float, float]:
     """Return the range of table heights [m] at which the initial pose is free.
 
@@ -71,7 +62,7 @@ def table_heights(robot: Robot, given: float | None = None) -> tuple[float, floa
     lowest = Clearance(robot, kinds=("to the table",)).lowest(robot.initial)
     low, high = robot.table_heights if given is None else (given, given)
     if given is None:
-        high = min(high, lowest - TABLE_ROOM)
+        high = min(high, lowest - 0.01)  # room between the robot's lowest point and the table [m]
     if low <= high and low < lowest:
         return low, high
     raise Refused(
@@ -86,7 +77,7 @@ def best_placements(
     hands: HandMotion,
     heights: tuple[float, float],
     cloth: Rollout | None = None,
-    progress: Progress = silent,
+    progress: Progress = lambda done: None,
 ) -> PlacementRanking:
     """Search placements in front of the robot from which it can do a fold, the best first.
 
@@ -104,11 +95,20 @@ def best_placements(
     half = SEARCH // 2
     around = [
         placement
-        for best in coarse.placements[: min(REFINED, int((coarse.quality > HOPELESS).sum()))]
+        for best in coarse.placements[: min(2, int((coarse.quality > HOPELESS).sum()))]
         for placement in neighbours(best, points, heights, robot.front)
     ]
     fine = search(robot, hands, around, fine=True, cloth=cloth, progress=lambda done: progress(half + done))
-    return joined(coarse, fine)
+    quality = np.concatenate([coarse.quality, fine.quality])
+    order = np.argsort(-quality, kind="stable")
+    placements, holds = coarse.placements + fine.placements, coarse.holds + fine.holds
+    return PlacementRanking(
+        [placements[i] for i in order],
+        [holds[i] for i in order],
+        quality[order],
+        np.hstack([coarse.reached, fine.reached])[:, order],
+        coarse.times,
+    )
 
 
 def first_placement(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> PlacementRanking:
@@ -118,26 +118,13 @@ def first_placement(robot: Robot, hands: HandMotion, heights: tuple[float, float
     return found if found.good else best_placements(robot, hands, heights)
 
 
-def joined(first: PlacementRanking, second: PlacementRanking) -> PlacementRanking:
-    """Return the results of two searches as one result, the best placement first."""
-    order = np.argsort(-np.concatenate([first.quality, second.quality]), kind="stable")
-    placements, holds = first.placements + second.placements, first.holds + second.holds
-    return PlacementRanking(
-        [placements[i] for i in order],
-        [holds[i] for i in order],
-        np.concatenate([first.quality, second.quality])[order],
-        np.hstack([first.reached, second.reached])[:, order],
-        first.times,
-    )
-
-
 def search(
     robot: Robot,
     hands: HandMotion,
     placements: list[Placement],
     fine: bool = False,
     cloth: Rollout | None = None,
-    progress: Progress = silent,
+    progress: Progress = lambda done: None,
     enough: int = ASKED,
 ) -> PlacementRanking:
     """Rate the given placements, and return them in the order of their quality, the best first.
@@ -231,8 +218,8 @@ def _together(
 
 
 def _from_start(angles: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return a motion [rad] that starts and ends at the initial pose."""
-    way = np.array(ON_THE_WAY).reshape(-1, *([1] * start.ndim))
+    """Return a motion [rad] with three poses each on the way from the initial pose and back to it."""
+    way = np.array([0.25, 0.5, 0.75]).reshape(-1, *([1] * start.ndim))
     there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
     return np.concatenate([there, angles, back])
 

@@ -25,11 +25,7 @@ from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
 from tatamu.simulation.simulators import capabilities, named
-from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
-
-MAX_HALVINGS = 2
-"""Maximum number of times that the edges of a mesh are halved. Each halving divides a triangle into four triangles."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +72,12 @@ class Refold:
 
 
 def halvings_for(scene: Scene, simulator: str) -> int:
-    """Return how many times the edges of a scene's mesh must be halved, so that the simulator can use the mesh."""
+    """Return how many times, at most twice, the edges of a scene's mesh must be halved for a simulator."""
     coarsest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
     needed = int(np.ceil(np.log2(max(cells / coarsest, 1e-9))))
-    return min(max(0, needed), MAX_HALVINGS)
+    return min(max(0, needed), 2)
 
 
 def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) -> Refold | None:
@@ -105,24 +101,17 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     count = halvings_for(learned, simulator) if halvings is None else halvings
     both = [subdivided(one, count) for one in (scene, learned)]
     robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
-    known, why_not = _rebuilt(folder)
-    target = _target(folder, len(learned.cloth.vertices))
-    return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
-
-
-def _target(folder: ResultFolder, count: int) -> np.ndarray | None:
+    known: Result | None = None
+    why_not: str | None = "the plan contains no result.json of the learned fold"
+    if folder.result_file.is_file():
+        try:
+            known, why_not = Result.load(folder.path), None
+        except InputError as error:
+            why_not = str(error)
     target = folder.rollout.extra.get("target") if folder.rollout_file.is_file() else None
-    return target if target is not None and target.shape == (count, 3) else None
-
-
-def _rebuilt(folder: ResultFolder) -> tuple[Result | None, str | None]:
-    """Return the learned fold from the plan's folder, and the reason why the fold cannot be scored."""
-    if not folder.result_file.is_file():
-        return None, "the plan contains no result.json of the learned fold"
-    try:
-        return Result.load(folder.path), None
-    except InputError as error:
-        return None, str(error)
+    if target is not None and target.shape != (len(learned.cloth.vertices), 3):
+        target = None
+    return Refold(simulator, count, len(both[0].cloth.vertices), scene, robot, floating, target, known, why_not)
 
 
 def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -17,13 +17,11 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.pairs import link_name
-from tatamu.robots.planned import Planned
-from tatamu.robots.stage import MODEL, data_of, load_stage
+from tatamu.robots.planfile import Planned
+from tatamu.robots.stage import MODEL, Poser, data_of, load_stage
 
 STEP = 0.001
 """Time step of the simulation [s]."""
-SAMPLE = 5
-"""Number of time steps of the simulation from one recorded sample to the next."""
 FINGER_PERIOD = 0.01
 """Time between commands to the fingers [s]."""
 STIFFNESS, RATIO = 60.0, 1.0
@@ -65,9 +63,7 @@ class Rehearsal:
     @property
     def joint_distances(self) -> np.ndarray:
         """Deviation of each joint from the plan at each sample [rad], shape (n, j)."""
-        planned = self.planned
-        wanted = np.array([np.interp(self.times, planned.times, column) for column in planned.angles.T]).T
-        return self.angles - wanted
+        return self.angles - self.planned.angles_at(self.times)
 
     @property
     def joint_error(self) -> np.ndarray:
@@ -115,44 +111,35 @@ def rehearse(planned: Planned) -> Rehearsal:
     data = data_of(model)
     data.qpos[columns] = planned.angles[0]
     mujoco.mj_forward(model, data)
-    fingers = _FingerDrives(model, planned)
+    finger_times = np.arange(0.0, planned.times[-1] + 2 * FINGER_PERIOD, FINGER_PERIOD)
+    fingers = planned.fingers(finger_times)
+    finger_drives = [int(model.actuator(f"{joint}_position").id) for joint in fingers]
     drives = [[int(model.actuator(f"{joint}_{kind}").id) for joint in planned.plan.joints] for kind in DRIVES]
-    _hold(model, data, planned)
+    for joint in _others(model, planned):  # these joints keep their positions
+        data.actuator(f"{joint}_position").ctrl[0] = data.joint(joint).qpos[0]
     touched: dict[tuple[str, str], Contact] = {}
     samples: list[tuple[float, np.ndarray, np.ndarray]] = []
     begun = time.perf_counter()
     for step, (wanted, speed) in enumerate(_commands(planned)):
         data.ctrl[drives[0]], data.ctrl[drives[1]] = wanted, speed
-        fingers.command(data)
-        if step % SAMPLE == 0:
+        due = min(int(data.time / FINGER_PERIOD), len(finger_times) - 1)
+        data.ctrl[finger_drives] = [positions[due] for positions in fingers.values()]
+        if step % 5 == 0:  # every fifth time step is recorded
             samples.append((data.time, data.qpos[columns].copy(), _tools(data, planned)))
         mujoco.mj_step(model, data)
         _note(model, data, touched)
     wall = time.perf_counter() - begun
     times = np.array([sample[0] for sample in samples])
+    poser = Poser(model, planned, planned.angles_at(times), times)
     return Rehearsal(
         planned=planned,
         times=times,
         angles=np.array([sample[1] for sample in samples]),
         tools=np.stack([sample[2] for sample in samples], axis=1),
-        wanted_tools=_wanted(planned, model, columns, times, mujoco),
+        wanted_tools=np.stack([_tools(poser.pose(row), planned) for row in range(len(times))], axis=1),
         contacts=list(touched.values()),
         wall_seconds=wall,
     )
-
-
-class _FingerDrives:
-    """Drives that command the joints of the fingers."""
-
-    def __init__(self, model: Any, planned: Planned) -> None:
-        self._times = np.arange(0.0, planned.times[-1] + 2 * FINGER_PERIOD, FINGER_PERIOD)
-        positions = planned.fingers(self._times)
-        self._drives = [int(model.actuator(f"{joint}_position").id) for joint in positions]
-        self._positions = np.column_stack([*positions.values()]) if positions else np.empty((len(self._times), 0))
-
-    def command(self, data: Any) -> None:
-        """Set the commanded positions of the fingers at the present time."""
-        data.ctrl[self._drives] = self._positions[min(int(data.time / FINGER_PERIOD), len(self._times) - 1)]
 
 
 def _stage(planned: Planned, mujoco: Any) -> Any:
@@ -161,7 +148,10 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
     spec = load_stage(planned.folder)
     try:
         spec.option.timestep = STEP
-        _check_names(spec, planned)
+        missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
+        missing += [f"{arm}_tool" for arm in planned.arms if spec.site(f"{arm}_tool") is None]
+        if missing:
+            raise ValueError(f"the model has no {missing[0]}")
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         model = spec.compile()
         moved = (*planned.plan.joints, *_others(model, planned))
@@ -201,20 +191,6 @@ def _others(model: Any, planned: Planned) -> list[str]:
     return [name for name in names if name not in planned.plan.joints]
 
 
-def _hold(model: Any, data: Any, planned: Planned) -> None:
-    """Command the joints that the plan does not move to keep their positions."""
-    for joint in _others(model, planned):
-        data.actuator(f"{joint}_position").ctrl[0] = data.joint(joint).qpos[0]
-
-
-def _check_names(spec: Any, planned: Planned) -> None:
-    """Refuse a model that lacks the base or the tools of the plan."""
-    missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
-    missing += [f"{arm}_tool" for arm in planned.arms if spec.site(f"{arm}_tool") is None]
-    if missing:
-        raise ValueError(f"the model has no {missing[0]}")
-
-
 def _commands(planned: Planned) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield the commanded angles and speeds of the joints at every time step."""
     for (early, start), (late, end) in pairwise(zip(planned.times, planned.angles, strict=True)):
@@ -231,24 +207,10 @@ def _tools(data: Any, planned: Planned) -> np.ndarray:
     return np.array([R_WB.T @ (data.site(f"{arm}_tool").xpos - base.xpos) for arm in planned.arms])
 
 
-def _wanted(planned: Planned, model: Any, columns: list[int], times: np.ndarray, mujoco: Any) -> np.ndarray:
-    """Return the planned positions of the tools at n times [m], shape (arms, n, 3)."""
-    data, found = data_of(model), []
-    wanted = np.array([np.interp(times, planned.times, column) for column in planned.angles.T]).T
-    for row in wanted:
-        data.qpos[columns] = row
-        mujoco.mj_kinematics(model, data)
-        found.append(_tools(data, planned))
-    return np.stack(found, axis=1)
-
-
 def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
     """Record which links touch now, the time when they first touched, and the largest penetration depth."""
-    for number in range(data.ncon):
-        contact = data.contact[number]
-        if contact.dist > 0:
-            continue
-        names = tuple(sorted(link_name(model, int(geom)) for geom in contact.geom))
-        known = touched.get((names[0], names[1]))
-        first, depth = (known.first, known.depth) if known else (float(data.time), 0.0)
-        touched[names[0], names[1]] = Contact((names[0], names[1]), first, max(depth, -float(contact.dist)))
+    for contact in data.contact[: data.ncon]:
+        if contact.dist <= 0:
+            one, other = sorted(link_name(model, int(geom)) for geom in contact.geom)
+            known = touched.get((one, other), Contact((one, other), float(data.time), 0.0))
+            touched[one, other] = replace(known, depth=max(known.depth, -float(contact.dist)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -38,28 +38,8 @@ def save(rehearsal: Rehearsal, folder: Path, fold: Refold | None = None) -> dict
 
     If a fold is given, scene.json and both simulated motions of the cloth are written, too.
     """
-    figures = {**_figures(rehearsal), "fold": None if fold is None else _fold_figures(fold)}
-    if fold is not None:
-        fold.scene.save(folder / "scene.json")
-        extra = {} if fold.target is None else {"target": fold.target}
-        for name, rollout in (("rollout", fold.robot), ("floating", fold.floating)):
-            replace(rollout, extra=extra).save(folder / f"{name}.npz")
-    write_npz(
-        folder / "motion.npz",
-        {
-            "times": rehearsal.times,
-            "angles": rehearsal.angles,
-            "joints": np.array(rehearsal.planned.plan.joints),
-            "tools": rehearsal.tools,
-        },
-    )
-    write_json(folder / "rehearsal.json", figures)
-    return figures
-
-
-def _figures(rehearsal: Rehearsal) -> dict[str, Any]:
     joints = rehearsal.planned.plan.joints
-    return {
+    figures = {
         "version": 1,
         "robot": rehearsal.planned.plan.robot,
         "simulated_seconds": float(rehearsal.times[-1]),
@@ -67,11 +47,23 @@ def _figures(rehearsal: Rehearsal) -> dict[str, Any]:
         "real_time_factor": rehearsal.real_time_factor,
         "joint_error": dict(zip(joints, rehearsal.joint_error.tolist(), strict=True)),
         "tool_error": rehearsal.tool_error,
-        "contacts": [
-            {"links": list(contact.links), "first": contact.first, "depth": contact.depth}
-            for contact in rehearsal.contacts
-        ],
+        "contacts": [{**asdict(contact), "links": list(contact.links)} for contact in rehearsal.contacts],
+        "fold": None if fold is None else _fold_figures(fold),
     }
+    if fold is not None:
+        fold.scene.save(folder / "scene.json")
+        extra = {} if fold.target is None else {"target": fold.target}
+        for name, rollout in (("rollout", fold.robot), ("floating", fold.floating)):
+            replace(rollout, extra=extra).save(folder / f"{name}.npz")
+    motion = {
+        "times": rehearsal.times,
+        "angles": rehearsal.angles,
+        "joints": np.array(joints),
+        "tools": rehearsal.tools,
+    }
+    write_npz(folder / "motion.npz", motion)
+    write_json(folder / "rehearsal.json", figures)
+    return figures
 
 
 def _fold_figures(fold: Refold) -> dict[str, Any]:
@@ -106,10 +98,9 @@ def summary(figures: dict[str, Any]) -> list[str]:
     ]
     if figures["tool_error"] > AS_PLANNED:
         lines.append(f"warning: the tools must follow the plan within {1e3 * AS_PLANNED:g} mm, but deviate more")
-    contacts = figures["contacts"]
     lines += [
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
-        for contact in contacts
+        for contact in figures["contacts"]
     ] or ["no forbidden contact between links"]
     return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
 
@@ -131,9 +122,9 @@ def _fold_summary(fold: dict[str, Any]) -> list[str]:
         lines.append(f"not scored: {fold['unscored']}")
     if fold["scores"]:
         lines.append(f"  {'':28}" + "".join(f"{name:>12}" for name in fold["scores"]))
-    measures = MEASURES if fold["scores"] else ()
-    for measure in measures:
-        cells = [measure.text(Score.model_validate(score)) for score in fold["scores"].values()]
-        unit = f" [{measure.unit}]" if measure.unit else ""
-        lines.append(f"  {measure.key.replace('_', ' ') + unit:28}" + "".join(f"{cell:>12}" for cell in cells))
+        scores = [Score.model_validate(score) for score in fold["scores"].values()]
+        for measure in MEASURES:
+            unit = f" [{measure.unit}]" if measure.unit else ""
+            cells = "".join(f"{measure.text(score):>12}" for score in scores)
+            lines.append(f"  {measure.key.replace('_', ' ') + unit:28}{cells}")
     return lines + [f"warning: {warning}" for warning in fold["warnings"]]

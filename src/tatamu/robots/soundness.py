@@ -16,24 +16,15 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.robots.arm import Arm
 from tatamu.robots.chain import FULL_JOINTS, Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.model import Arm, Robot
-from tatamu.robots.pose import inverse, pose
+from tatamu.robots.model import Robot
+from tatamu.robots.pairs import joints_above
+from tatamu.robots.pose import frame_pose, inverse
 
 DRAWS = 32
-MAX_NUMBER = 1e4
-"""Maximum number in a valid model of a robot [m, rad, kg, kg m^2]."""
-NUMBERS = (
-    *("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size"),
-    *("jnt_pos", "jnt_axis", "jnt_range", "qpos0"),
-)
-"""Fields of a mujoco.MjModel whose numbers are limited by `MAX_NUMBER`."""
-SAME_POSE = 1e-6
-"""Maximum difference between the tool poses of the chain and of MuJoCo [m, and entries of the rotation]."""
-FOLLOWS = 1e-3
-"""Maximum violation of an equality constraint between joints of the model [m, rad]."""
 MIN_RANK = 1e-4
 """Limit for the smallest singular value of an arm's Jacobian, as computed by `Chain.singularity`.
 
@@ -65,7 +56,14 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     _check_equalities(path, robot)
     _check_standing(path, robot)
     for arm in robot.arms:
-        _check_directions(path, robot, arm)
+        angles = _within(robot.limits(arm), np.random.default_rng(0))
+        best = float(Chain.of(robot, arm).singularity(angles).max())
+        if not best > MIN_RANK:
+            directions = min(len(arm.joints), FULL_JOINTS)
+            raise InputError(
+                f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the "
+                f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
+            )
     for arm in robot.arms:
         if not Clearance(robot, ("to the table",), arm.name).kinds:
             raise InputError(
@@ -81,19 +79,17 @@ def check_kinematics(robot: Robot) -> None:
     """
     mujoco = needed("mujoco")
     data = robot.at_rest()
-    base = data.body(robot.base)
-    X_BW = inverse(pose(base.xmat.reshape(3, 3), base.xpos))
+    X_BW = inverse(frame_pose(data.body(robot.base)))
     for configuration in _draws(robot):
         data.qpos[:] = configuration
         mujoco.mj_kinematics(robot.model, data)
         trunk = np.array(0.0 if robot.trunk is None else configuration[robot.columns[robot.trunk]])
         for arm in robot.arms:
             chain = Chain.of(robot, arm)
-            angles = configuration[[robot.columns[name] for name in arm.joints]]
+            angles = configuration[robot.arm_columns(arm)]
             X_BT = chain.trunk_pose(trunk) @ chain.tool(angles[None])[0][0]
-            tool = data.site(arm.site)
-            error = np.abs(X_BT - X_BW @ pose(tool.xmat.reshape(3, 3), tool.xpos))
-            if not error.max() <= SAME_POSE:
+            error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
+            if not error.max() <= 1e-6:  # [m, and entries of the rotation]
                 raise InputError(
                     f"robot {robot.name}: {arm.name}: the two computations of the tool's position differ by "
                     f"{1e3 * error[:3, 3].max():.3g} mm: this model cannot be planned with"
@@ -143,11 +139,13 @@ def _check_names(path: Path, robot: Robot) -> None:
 
 def _check_numbers(path: Path, model: Any) -> None:
     """Refuse models with numbers that no robot has. MuJoCo accepts even infinite numbers."""
-    for name in NUMBERS:
+    limit = 1e4  # [m, rad, kg, kg m^2]
+    bodies = ("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size")
+    for name in (*bodies, "jnt_pos", "jnt_axis", "jnt_range", "qpos0"):
         values = getattr(model, name)
-        if not (np.abs(values) <= MAX_NUMBER).all():
+        if not (np.abs(values) <= limit).all():
             worst = values.flat[int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))]
-            raise InputError(f"{path}: model: {name} must be within {MAX_NUMBER:g} (SI units), given {worst:.4g}")
+            raise InputError(f"{path}: model: {name} must be within {limit:g} (SI units), given {worst:.4g}")
 
 
 def _check_joints(path: Path, model: Any) -> None:
@@ -157,8 +155,7 @@ def _check_joints(path: Path, model: Any) -> None:
     for number in range(model.njnt):
         word = words.get(int(model.jnt_type[number]))
         if word is not None:
-            body = model.body(model.jnt_bodyid[number]).name
-            name = model.joint(number).name
+            name, body = model.joint(number).name, model.body(model.jnt_bodyid[number]).name
             raise InputError(
                 f"{path}: model: the {word} joint {name} of body {body!r} cannot be planned with: every joint must be "
                 "a hinge or a slide; fix the body to its parent, or remove it from the model"
@@ -186,7 +183,8 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
                 f"given {positions[0]:g} and {positions[1]:g}"
             )
     names = [name.removeprefix(prefix) for name in arm.joints]
-    on_the_way = [joint.removeprefix(prefix) for joint in _joints_to(model, model.body(arm.link).id)]
+    above = joints_above(model, model.body(arm.link).id)
+    on_the_way = [str(model.joint(number).name).removeprefix(prefix) for number in above]
     for name in names:
         if name not in on_the_way:
             raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
@@ -195,19 +193,10 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
         raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
 
 
-def _joints_to(model: Any, body: int) -> list[str]:
-    """Return the joints that move a body, from the base outwards."""
-    found: list[str] = []
-    while body:
-        first = int(model.body_jntadr[body])
-        found = [str(model.joint(first + number).name) for number in range(model.body_jntnum[body])] + found
-        body = int(model.body_parentid[body])
-    return found
-
-
 def _check_base(path: Path, robot: Robot) -> None:
     """Refuse a base that an arm moves, or that is not upright."""
-    for joint in _joints_to(robot.model, robot.model.body(robot.base).id):
+    for number in joints_above(robot.model, robot.model.body(robot.base).id):
+        joint = robot.model.joint(number).name
         if joint in robot.joints:
             raise InputError(f"{path}: base: must not move, but {joint} moves {robot.base}")
     tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
@@ -235,7 +224,7 @@ def _check_equalities(path: Path, robot: Robot) -> None:
         mujoco.mj_fwdPosition(model, data)
         rows = np.flatnonzero(data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
         np.maximum.at(worst, data.efc_id[rows], np.abs(data.efc_pos[rows]))
-    broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > FOLLOWS)]
+    broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > 1e-3)]  # [m, rad]
     if broken:
         raise InputError(
             f"{path}: a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; "
@@ -253,15 +242,3 @@ def _equality(model: Any, number: int) -> str:
     if kind in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)) and int(model.eq_objtype[number]) == body:
         return f"bodies {model.body(first).name} and {model.body(second).name} are joined"
     return f"equality {model.eq(number).name or number} holds"
-
-
-def _check_directions(path: Path, robot: Robot, arm: Arm) -> None:
-    """Refuse arms that cannot move in all directions that a fold requires."""
-    angles = _within(robot.limits(arm), np.random.default_rng(0))
-    best = float(Chain.of(robot, arm).singularity(angles).max())
-    if not best > MIN_RANK:
-        needed_ones = min(len(arm.joints), FULL_JOINTS)
-        raise InputError(
-            f"{path}: {arm.name}.joints: must move and turn the tool in {needed_ones} directions, given fewer (the "
-            f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
-        )

@@ -10,17 +10,23 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import replacing, write_text
-from tatamu.robots.clearance import Clearance
+from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
 from tatamu.robots.modelfile import read_stage
-from tatamu.robots.planned import Planned
+from tatamu.robots.pairs import DISTANCES, link_name
+from tatamu.robots.planfile import Planned
+from tatamu.robots.pose import frame_pose, into
 
 MODEL = "robot.xml"
 ASSETS = "assets"
 """Folder of meshes and height fields, next to the model."""
-START = "start"
-"""Name of the keyframe with the pose in which motions start."""
+_SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+_SIDES = [(axis, sign) for axis in range(3) for sign in (-1, 1)]
+CORNERS = np.concatenate([np.roll([(sign, *at) for at in _SQUARE], axis, axis=1)[::sign] for axis, sign in _SIDES])
+"""Corners of a cube of half size 1, anticlockwise as seen from outside, four for each side, shape (24, 3)."""
+FACES = np.array([[4 * k + i for i in triangle] for k in range(6) for triangle in ((0, 1, 2), (0, 2, 3))])
+"""Triangles of the cube's sides, shape (12, 3)."""
 
 
 def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None = None) -> Any:
@@ -48,8 +54,42 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
     clearance.set_table(table_height)
     for kind, first, second in clearance.pairs:
         spec.add_pair(geomname1=first, geomname2=second, margin=(margins or {}).get(kind, 0.0))
-    spec.add_key(name=START, qpos=robot.initial)
+    spec.add_key(name="start", qpos=robot.initial)
     return spec
+
+
+def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> dict[str, Distance]:
+    """Return the smallest distance of each kind of pair of shapes, if it is below the limit in `DISTANCES`.
+
+    This is a second check in addition to `Clearance`, and shares only the list of pairs with it: MuJoCo's collision
+    detection finds the pairs that are near, in every one of n configurations of the robot.
+
+    Args:
+        robot: The robot.
+        table_height: Height of the table top in the base B [m].
+        configurations: Angles of all nq joints in n configurations [rad], shape (n, nq).
+    """
+    mujoco = needed("mujoco")
+    limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
+    model = stage(robot, table_height, limits).compile()
+    clearance = Clearance(robot)
+    clearance.set_table(table_height)
+    pairs = {}  # the kind and the two links of each pair of shapes that is tested
+    for kind, *names in clearance.pairs:
+        first, second = (int(model.geom(name).id) for name in names)
+        pairs[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
+    data = mujoco.MjData(model)
+    found: dict[str, Distance] = {}
+    for row, q in enumerate(configurations):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        for contact in data.contact[: data.ncon]:
+            kind, links = pairs[frozenset(contact.geom.tolist())]
+            if contact.dist < limits[kind] and (kind not in found or contact.dist < found[kind].value):
+                found[kind] = Distance(float(contact.dist), row, links)
+    return found
 
 
 def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
@@ -106,17 +146,45 @@ class Poser:
             columns = [int(model.joint(name).qposadr[0]) for name in (*planned.plan.joints, *fingers)]
         except KeyError as error:
             raise InputError(f"{planned.folder / MODEL}: cannot be rehearsed ({one_line(error)})") from None
+        self.poses = len(angles)
         self.data = data_of(model)
         self._model, self._columns = model, columns
         self._positions = np.column_stack([angles, *fingers.values()])
-
-    @property
-    def poses(self) -> int:
-        """Number of prepared poses."""
-        return len(self._positions)
 
     def pose(self, row: int) -> Any:
         """Return the mujoco.MjData in one of the prepared poses, with computed kinematics."""
         self.data.qpos[self._columns] = self._positions[row]
         needed("mujoco").mj_kinematics(self._model, self.data)
         return self.data
+
+
+def link_boxes(planned: Planned, angles: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return boxes around a robot's links over time, in the fold's frame F, for the replay of a rehearsal.
+
+    The boxes are the corners of b boxes in f frames [m], shape (f, 24 b, 3), and their triangles, shape (12 b, 3).
+
+    Args:
+        planned: The plan.
+        angles: Angles of the plan's j joints at each frame [rad], shape (f, j).
+        times: Times of the frames [s], shape (f,). They determine whether the fingers are open.
+    """
+    model = load_stage(planned.folder).compile()
+    poser = Poser(model, planned, angles, times)
+    shown = [k for k in link_shapes(model) if np.isfinite(model.geom_rbound[k])]
+    middle, half = model.geom_aabb[shown, :3], model.geom_aabb[shown, 3:]
+    corners = middle[:, None] + half[:, None] * CORNERS  # in the own frame of each shape
+    found = []
+    for row in range(len(angles)):
+        data = poser.pose(row)
+        turned = np.einsum("bij,bkj->bki", data.geom_xmat[shown].reshape(-1, 3, 3), corners)
+        base = data.body(planned.plan.base_frame)
+        in_base = into(frame_pose(base), (turned + data.geom_xpos[shown][:, None]).reshape(-1, 3))
+        found.append(into(planned.plan.task_in_base.matrix, in_base))
+    faces = (FACES + 24 * np.arange(len(shown))[:, None, None]).reshape(-1, 3)
+    return np.array(found), faces
+
+
+def link_shapes(model: Any) -> list[int]:
+    """Return the numbers of a model's shapes, except the table and planes."""
+    plane = needed("mujoco").mjtGeom.mjGEOM_PLANE
+    return [k for k in range(model.ngeom) if model.geom(k).name != TABLE and model.geom_type[k] != plane]

@@ -17,8 +17,6 @@ from xml.etree import ElementTree
 from tatamu.base.errors import InputError
 
 XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{http://wiki.ros.org/xacro}")
-DEPTH = 3
-"""Number of folder levels below the folders of ROS_PACKAGE_PATH in which a package is searched."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,10 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
         raise InputError(f"{path}: is xacro, from which URDF is made: run `xacro {path.name} > robot.urdf`")
     if root.find("link") is None:
         raise InputError(f"{path}: has no link; if xacro made it, run xacro on the file that calls the macros instead")
-    folder, strip = _meshes_of(root)
+    folder, strip = "", False  # to which mesh names are relative, and whether the paths in them are ignored
+    for compiler in root.iterfind("mujoco/compiler"):
+        folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
+        strip = compiler.attrib.pop("strippath", "false") == "true"
     for link in root.iter("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
@@ -65,7 +66,12 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
     removed = [link.get("name", "") for link in root.findall("link") if _remove_unreadable_inertia(link)]
     soft = {joint.get("name", ""): text for joint in root.findall("joint") if (text := _limit(path, joint))}
     free = frozenset(joint.get("name", "") for joint in root.findall("joint") if joint.get("type") == "continuous")
-    return Urdf(ElementTree.tostring(root, encoding="unicode"), _speeds(path, root), soft, free, removed)
+    speeds = {
+        joint.get("name", ""): speed
+        for joint in root.iterfind("joint")
+        if (speed := _number(path, joint, joint.find("limit"), "velocity") or 0.0) > 0  # many exporters write 0
+    }
+    return Urdf(ElementTree.tostring(root, encoding="unicode"), speeds, soft, free, removed)
 
 
 def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
@@ -114,7 +120,7 @@ def _folders(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Pa
     for root in _paths("ROS_PACKAGE_PATH"):
         if root.name == name:
             yield root
-        for depth in range(DEPTH):
+        for depth in range(3):
             yield from sorted(root.glob("*/" * depth + glob.escape(name)))
     for root in _paths("AMENT_PREFIX_PATH"):
         yield root / "share" / name
@@ -122,15 +128,6 @@ def _folders(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Pa
 
 def _paths(variable: str) -> list[Path]:
     return [Path(part) for part in os.environ.get(variable, "").split(os.pathsep) if part]
-
-
-def _meshes_of(root: ElementTree.Element) -> tuple[str, bool]:
-    """Return the folder to which mesh names are relative, and whether the paths in mesh names are ignored."""
-    folder, strip = "", False
-    for compiler in root.iterfind("mujoco/compiler"):
-        folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
-        strip = compiler.attrib.pop("strippath", "false") == "true"
-    return folder, strip
 
 
 def _remove_unreadable_inertia(link: ElementTree.Element) -> bool:
@@ -194,9 +191,3 @@ def _number(path: Path, joint: ElementTree.Element, element: ElementTree.Element
     if math.isnan(value):
         raise InputError(f"{path}: joint {joint.get('name', '')}: {name} must be a number, given {text[:40]!r}")
     return None if math.isinf(value) else value
-
-
-def _speeds(path: Path, root: ElementTree.Element) -> dict[str, float]:
-    """Return the speed limit of each joint by name. A limit of 0 counts as missing, because many exporters write 0."""
-    joints = [(joint, _number(path, joint, joint.find("limit"), "velocity")) for joint in root.iterfind("joint")]
-    return {joint.get("name", ""): speed for joint, speed in joints if speed is not None and speed > 0}

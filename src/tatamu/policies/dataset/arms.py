@@ -21,10 +21,9 @@ from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.kinematics import follow
 from tatamu.robots.model import Robot, state_names
 from tatamu.robots.pairs import DISTANCES
-from tatamu.robots.paths import tool_poses
+from tatamu.robots.paths import follow, tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement, Refused
 from tatamu.robots.pose import out_of, pose
 from tatamu.robots.reach import best_placements, search, table_heights
