@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -184,16 +184,14 @@ def locate_shape(
     """
     camera = photograph.view.camera
     edge = find_cloth(photograph, join).points
-    pinned = {} if given is None else dict(given)
+    pinned = given or {}
     for name in pinned:
         if name not in shape.corners:
             raise InputError(f"corner: must be one of {', '.join(shape.corners)}, given {name!r}")
     shown = {name: camera.on_table(pixel[None], shape.height)[0] for name, pixel in pinned.items()}
     found = camera.on_rim(edge, 2.0 * shape.height)
     fit = lay(shape, found, shown, board_pose)
-    _check(photograph.path, fit, found, set(pinned))
-    if learned:
-        _check_size(photograph.path, fit)
+    _check(photograph.path, fit, found, pinned, learned)
     doubt = _lens_doubt(photograph, fit, edge) if learned and photograph.view.lens is not None else ()
     covariance = fit.covariance + _of_camera(photograph, fit, edge, pinned)
     spread = np.sqrt(np.diag(covariance))
@@ -250,19 +248,11 @@ def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str
     )
 
 
-def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth whose size differs much from the expected size, because part of it was probably taken for table."""
-    if not (np.abs(np.log(fit.scale)) < 0.15).all():
-        length, width = fit.shape.size * fit.scale
-        size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
-        raise InputError(
-            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}; lay the cloth flat on a "
-            "table of another colour, or check --size and the board's `bar`"
-        )
+def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], learned: bool) -> None:
+    """Refuse an outline that does not fit the garment, or with a corner that is turned in, or of another size.
 
-
-def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
-    """Refuse an outline that does not fit the garment, and an outline with a corner that is turned in."""
+    If the size differs much, part of the cloth was probably taken for table.
+    """
     ring = shapely.LinearRing(found)
     gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
     turned = {name: gap for name, gap in gaps.items() if gap > 0.015 and name not in shown}
@@ -276,4 +266,11 @@ def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
         raise InputError(
             f"{path}: the corner {name} is turned in by {1e3 * turned[name]:.0f} mm; lay the corner flat, or show its "
             f"place with --corner {name}=X,Y"
+        )
+    if learned and not (np.abs(np.log(fit.scale)) < 0.15).all():
+        length, width = fit.shape.size * fit.scale
+        size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
+        raise InputError(
+            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}; lay the cloth flat on a "
+            "table of another colour, or check --size and the board's `bar`"
         )

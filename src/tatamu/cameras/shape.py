@@ -19,8 +19,6 @@ from tatamu.cameras.edges import curve_normals
 from tatamu.cameras.pose import Pose, wrapped
 from tatamu.garments import Garment
 
-TOLERANCE = 0.002
-"""Largest error that counts with its square in the fit of an outline [m]. Larger errors count less."""
 MAX_SCALE = 1.5
 """Natural logarithm of the largest factor by which the fit may scale a garment."""
 
@@ -173,6 +171,7 @@ def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], star
     names = list(given)
     own = np.array([shape.corners[name] for name in names]).reshape(-1, 2)
     wanted = np.array([given[name] for name in names]).reshape(-1, 2)
+    tolerance = 0.002  # largest error that counts with its square [m]
 
     def off(parameters: np.ndarray) -> np.ndarray:
         scale = np.exp(parameters[3:])
@@ -182,7 +181,7 @@ def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], star
 
     def residuals(parameters: np.ndarray) -> np.ndarray:
         wrong = Pose(*parameters[:3].tolist()).place(own * np.exp(parameters[3:])) - wanted
-        return np.concatenate([off(parameters) / TOLERANCE, wrong.ravel() / 0.001])  # given to a millimetre
+        return np.concatenate([off(parameters) / tolerance, wrong.ravel() / 0.001])  # given to a millimetre
 
     bound = np.array([np.inf, np.inf, np.inf, MAX_SCALE + 0.1, MAX_SCALE + 0.1])
     solved = least_squares(residuals, start, loss="soft_l1", bounds=(-bound, bound), x_scale=0.01)
@@ -190,6 +189,6 @@ def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], star
     length = float(shapely.LinearRing(found).length)
     # errors of points within 50 mm along the outline are correlated, so they do not average out
     few = max(1.0, len(found) * 0.05 / length)
-    scale = float(np.median(np.abs(away))) * 1.4826 / TOLERANCE
+    scale = float(np.median(np.abs(away))) * 1.4826 / tolerance
     covariance = np.linalg.pinv(solved.jac.T @ solved.jac, hermitian=True) * max(scale, 0.1) ** 2 * few
     return Fit(shape, solved.x, away, covariance)

@@ -17,13 +17,9 @@ MAX_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MAX_PARTS = 500_000
 """Maximum number of elements and of numbers in paths, each included part counted as its own."""
-DEEPEST = 100
-"""Maximum depth to which parts include other parts."""
 SELF_SHOWN = "outline: must not contain a part that shows itself"
 MAX_COORDINATE = 1e9
 """Largest allowed coordinate of a drawing, in the drawing's unit."""
-MAX_POINTS = 100_000
-"""Largest number of points of a curve in a drawing."""
 MAX_CURVES = 5_000
 """Maximum number of closed curves of a drawing, and of open curves."""
 
@@ -64,8 +60,8 @@ class DrawnPieces:
 
 def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     """Refuse a drawing with too many parts, or with parts that are too deep in one another."""
-    if depth >= DEEPEST:
-        raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
+    if depth >= 100:
+        raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
     if count > most:
         raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify the drawing")
 
@@ -82,10 +78,9 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
-    if len(points) > MAX_POINTS:
-        raise InputError(
-            f"outline: must have curves of at most {MAX_POINTS} points, given {len(points)}; simplify the drawing"
-        )
+    if len(points) > 100_000:
+        given = f"given {len(points)}; simplify the drawing"
+        raise InputError(f"outline: must have curves of at most 100000 points, {given}")
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < 1e-3 * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 

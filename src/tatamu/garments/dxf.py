@@ -36,10 +36,6 @@ from tatamu.garments.units import NAMES, Unit
 
 KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
 """Types of DXF entities that are curves."""
-MAX_ENTITIES = 60_000
-"""Maximum number of entities, each inserted block counted as its own; each takes a third of a millisecond."""
-MAX_CURVED = 10_000
-"""Largest number of curves of a drawing; straight lines are not counted. Reading takes a millisecond per curve."""
 Layers = dict[str, list[DrawnCurve]]
 BOUNDARY, MIRROR, GRAIN, CUT_OUT, SEW = "1", "6", "7", "11", "14"
 """Layers of a piece of a sewing pattern: cut line, fold line, grain line, cut-outs and sew line."""
@@ -70,7 +66,7 @@ def _check_unpacked(document: Any) -> None:
         total = 1 + len(blocks[name])
         for insert in blocks[name].query("INSERT"):
             total += max(int(insert.mcount), 1) * size(f"*{insert.dxf.name.casefold()}", (*around, name))
-        check_parts(total, 0, MAX_ENTITIES)
+        check_parts(total, 0, 60_000)  # each takes a third of a millisecond
         return known.setdefault(name, total)
 
     size("", ())
@@ -129,10 +125,8 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
     layers: dict[str, list[np.ndarray]] = {}
     drawn = [entity for entity in entities if entity.dxftype() in KINDS]
     bent = sum(entity.dxftype() != "LINE" for entity in drawn)
-    if bent > MAX_CURVED:
-        raise InputError(
-            f"outline: must have at most {MAX_CURVED} curves besides lines, given {bent}; simplify the drawing"
-        )
+    if bent > 10_000:  # each takes a millisecond
+        raise InputError(f"outline: must have at most 10000 curves besides lines, given {bent}; simplify the drawing")
     points = 0
     for entity in drawn:
         flat = _flattened(entity, scale)

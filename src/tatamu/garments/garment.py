@@ -14,8 +14,6 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import facing_down
 from tatamu.simulation.scene import Cloth
 
-PASSABLE = 0.65
-"""Maximum spacing with passable folds [bending lengths] (docs/theory/bending.md)."""
 FINEST_GIVEN = 1e-3
 """Minimum spacing that the user may give [m]."""
 MIN_SIDE, MAX_SIDE = 0.05, 5.0

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from tatamu.base.curves import length
 from tatamu.base.errors import InputError
 
 
@@ -132,6 +133,6 @@ def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]
 def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
     """Return the indices from `start` to `end` along the shorter way around a closed curve."""
     count = len(points)
-    ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
-    ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])
-    return min(ways, key=lambda way: float(np.linalg.norm(np.diff(points[way], axis=0), axis=1).sum()))
+    ahead = np.arange(start, end + 1 + (count if end < start else 0)) % count
+    back = np.arange(start, end - 1 - (count if end > start else 0), -1) % count
+    return min(ahead, back, key=lambda way: length(points[way]))

@@ -13,9 +13,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import foreign, read_bytes
+from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.garments.glbfile import parse_glb
-from tatamu.garments.objfile import MAX_MESH, MAX_TRIANGLES, TriangleMesh, parse_obj
+from tatamu.garments.objfile import MAX_TRIANGLES, TriangleMesh, parse_obj
 from tatamu.garments.plyfile import parse_ply
 from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 
@@ -32,7 +32,7 @@ def read_mesh(path: Path) -> TriangleMesh:
     kind = path.suffix.lower()
     if kind not in READERS:
         raise InputError(f"{path}: mesh: must be one of {', '.join(READERS)}")
-    data = read_bytes(path, MAX_MESH)
+    data = read_bytes(path, 64 * MIB)
     with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
         mesh = READERS[kind](data)
     if not len(mesh.faces):

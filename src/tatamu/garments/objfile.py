@@ -12,16 +12,12 @@ import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB
 from tatamu.simulation.mesh.meshing import twice_areas
 
-MAX_MESH = 64 * MIB
-"""Largest size of a mesh file [bytes]."""
 MAX_TRIANGLES = 200_000
 """Maximum number of triangles; with a tenth of it, simulations take minutes."""
 MAX_VERTICES = 3 * MAX_TRIANGLES
 """Maximum number of vertices: three for each triangle, as in STL files."""
-MAX_CORNERS = 2_000
 
 
 @dataclass(frozen=True)
@@ -126,8 +122,8 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
         ValueError: If the face has fewer than three corners or too many, or it touches or crosses itself.
     """
     count = len(corners)
-    if not 3 <= count <= MAX_CORNERS:
-        raise ValueError(f"a face must have from 3 to {MAX_CORNERS} corners, given {count}")
+    if not 3 <= count <= 2_000:
+        raise ValueError(f"a face must have from 3 to 2000 corners, given {count}")
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
     if count == 3:
         return fan

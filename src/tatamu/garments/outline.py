@@ -17,8 +17,6 @@ MIN_SIDE = 0.03
 """Minimum length of an unnamed side, as a fraction of the outline's; a shorter one becomes part of its neighbour."""
 MAX_GAP = 0.03
 """Maximum distance of the ends of a curve that names a side from the outline, relative to its larger extent."""
-BESIDE = 0.15
-"""Maximum distance of its other points, which is large because a straight curve may name a curved neckline."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +158,8 @@ def lies_along(loop: np.ndarray, curve: np.ndarray) -> bool:
     places = line_interpolate_point(LineString(curve), np.linspace(0.0, 1.0, 33), normalized=True)
     away = distance(places, ring)
     apart = abs(ring.project(places[-1]) - ring.project(places[0])) > 1e-3 * ring.length
-    return apart and float(away[[0, -1]].max()) <= MAX_GAP * extent and float(away.max()) <= BESIDE * extent
+    # the other points may be far away, because a straight curve may name a curved neckline
+    return apart and float(away[[0, -1]].max()) <= MAX_GAP * extent and float(away.max()) <= 0.15 * extent
 
 
 def _along(loop: np.ndarray, name: str, curve: np.ndarray) -> np.ndarray:

@@ -227,6 +227,7 @@ def contour(share: np.ndarray, reduced: int) -> np.ndarray:
     from skimage.measure import find_contours
 
     longest = max(find_contours(np.pad(share, 1), 0.5), key=len)
+    # without the padding, and from corners of pixels to their middles
     return (np.asarray(longest[:-1, ::-1]) - 1.0 + 0.5) * reduced - 0.5
 
 

@@ -23,8 +23,6 @@ TYPES = {
 Order = Literal["<", ">"]
 ORDERS: dict[str, Order | None] = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
 """Byte order of each format; None for text."""
-FACES = ("vertex_index", "vertex_indices")
-"""Names of the property that lists a face's vertices."""
 
 
 class _Property(NamedTuple):
@@ -132,7 +130,8 @@ class _Body:
                 if count < 0:
                     raise IndexError
                 found = self._taken(each.kind, count)
-                corners = [int(value) for value in found] if each.name in FACES else corners
+                if each.name in ("vertex_index", "vertex_indices"):
+                    corners = [int(value) for value in found]
             yield corners
 
     def _taken(self, kind: np.dtype[Any] | str, count: int) -> Any:

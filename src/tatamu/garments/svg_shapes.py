@@ -200,21 +200,17 @@ class _Drawing:
         style = self._style(element, {})
         if style.get("clipPathUnits" if name == "clip-path" else "maskContentUnits") == "objectBoundingBox":
             place = _boxed(place, shapes)
-        region = self._region(element, _transformed(replace(place, style={}), style), name)
+        shown = self.children(element, _transformed(replace(place, style={}), style))
+        opaque = style.get("mask-type") == "alpha"
+        if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shown):
+            raise InputError(
+                "outline: has a mask that is not plain white; cut the outline itself, and release the mask"
+            )
+        region = shapely.union_all([_inside(shape) for shape in shown])
         if style.get("clip-path", "none") != "none":
             inner = replace(place, within=(*place.within, element))
             shapes = self._within("clip-path", style["clip-path"], shapes, inner)
         return self._cut(shapes, region, name)
-
-    def _region(self, element: Element, place: _Place, name: str) -> Any:
-        """Return the region that a clip path or a mask shows."""
-        shapes = self.children(element, place)
-        opaque = self._style(element, {}).get("mask-type") == "alpha"
-        if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shapes):
-            raise InputError(
-                "outline: has a mask that is not plain white; cut the outline itself, and release the mask"
-            )
-        return shapely.union_all([_inside(shape) for shape in shapes])
 
     def _cut(self, shapes: list[Shape], region: Any, name: str) -> list[Shape]:
         """Return shapes as far as they lie within a region."""

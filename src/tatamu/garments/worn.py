@@ -16,7 +16,7 @@ from tatamu.base.errors import InputError
 from tatamu.garments.description import GarmentFile
 from tatamu.garments.flat import flat_garment, laid_flat, meshed_anew
 from tatamu.garments.flattening import flattened, inside_out, panel_numbers, side_lengths
-from tatamu.garments.garment import PASSABLE, Garment
+from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import faults, pieces, read_mesh, welded
 from tatamu.garments.objfile import TriangleMesh
 from tatamu.garments.posture import posture
@@ -54,8 +54,8 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     doubt = [] if given.size else doubts(sides, unit)
     notes = [*notes, *doubt, *garment.notes]
     cells = garment.spacing / garment.material.bending_length
-    if cells > PASSABLE:
-        edges = f"edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than {PASSABLE:g}"
+    if cells > 0.65:  # docs/theory/bending.md
+        edges = f"edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than 0.65"
         notes.append(f"coarse: {edges}, so folds will look too stiff")
     return replace(garment, reading=unit.reading(given.size), notes=tuple(notes))
 
@@ -143,11 +143,8 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
             reason = str(error).removeprefix("mesh: ")
         else:
             if given.remesh:
-                made, old = meshed_anew(garment, given.spacing), garment
-                warp = old.fibre
-                if warp is not None:
-                    warp = carried(warp, old.vertices, old.faces, made.vertices, made.faces)
-                garment = replace(made, fibre=warp)
+                made = meshed_anew(garment, given.spacing)
+                garment = made if garment.fibre is None else replace(made, fibre=_carried(garment.fibre, garment, made))
             doubt = "; look at the picture, because a UV map of the pattern would give a better shape"
             notes.append(f"flattened by {pattern.words}: {changes}{doubt if plane.most > 0.10 else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
@@ -250,22 +247,16 @@ def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return turned * along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
-def carried(
-    fibre: np.ndarray, points: np.ndarray, faces: np.ndarray, new_points: np.ndarray, new_faces: np.ndarray
-) -> np.ndarray:
-    """Return the warp in each triangle of a new mesh of the same flat garment, shape (k, 3).
+def _carried(fibre: np.ndarray, old: Garment, new: Garment) -> np.ndarray:
+    """Return the warp `fibre` of a flat garment in each triangle of its new mesh, shape (k, 3).
 
     It is that of the nearest old triangle in the same layer.
     """
-    out = np.empty((len(new_faces), 3))
-    down, new_down = facing_down(points, faces), facing_down(new_points, new_faces)
-    for side in (False, True):
-        old, new = np.flatnonzero(down == side), np.flatnonzero(new_down == side)
-        if not len(new):
-            continue
-        middles, new_middles = (
-            mesh[triangles].mean(axis=1)[:, :2]
-            for mesh, triangles in ((points, faces[old]), (new_points, new_faces[new]))
-        )
-        out[new] = fibre[old[cKDTree(middles).query(new_middles)[1]]]
+    out = np.empty((len(new.faces), 3))
+    for down in (False, True):
+        before, after = (np.flatnonzero(facing_down(each.vertices, each.faces) == down) for each in (old, new))
+        if len(after):
+            middles = old.vertices[old.faces[before]].mean(axis=1)[:, :2]
+            nearest = cKDTree(middles).query(new.vertices[new.faces[after]].mean(axis=1)[:, :2])[1]
+            out[after] = fibre[before[nearest]]
     return out
