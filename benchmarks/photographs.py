@@ -22,16 +22,14 @@ from tests.photographs import BLUE, WOOD, Cloth, Paper, Shot, laid, photograph
 
 from benchmarks.tables import IMAGES, markdown, publish
 from tatamu.base.errors import InputError
-from tatamu.cameras.board import Board
+from tatamu.cameras.board import Board, page
 from tatamu.cameras.camera import estimate
 from tatamu.cameras.lens import Lens
-from tatamu.cameras.locate import locate_shape
-from tatamu.cameras.located import Located
+from tatamu.cameras.locate import Located, locate_shape
 from tatamu.cameras.markers import find_pages
 from tatamu.cameras.photograph import Photograph, load_scale, read_photograph
 from tatamu.cameras.pictures import draw_located, draw_reading
 from tatamu.cameras.pose import Pose, wrapped
-from tatamu.cameras.printing import page
 from tatamu.cameras.reading import FoldReader, FoldReading
 from tatamu.cameras.shape import shape_of
 from tatamu.evaluation.nominal import Nominal

@@ -13,8 +13,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 import tatamu as tt
-from tatamu.cameras.board import Board, write_board
-from tatamu.cameras.printing import page
+from tatamu.cameras.board import Board, page, write_board
 
 PLACE, YAW = np.array([0.45, 0.20]), np.radians(15.0)
 """Where the towel lies in the board's frame, from mark A [m], and how it is turned [rad]."""

@@ -10,11 +10,10 @@ from functools import cache
 
 import numpy as np
 
-from tatamu.cameras.board import PAPERS, Board
+from tatamu.cameras.board import DOTS, PAPERS, Board, page
 from tatamu.cameras.camera import Camera
 from tatamu.cameras.opencv import opencv
 from tatamu.cameras.pose import Pose
-from tatamu.cameras.printing import DOTS, page
 from tatamu.show.raster import vertex_normals
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.mesh.zbuffer import z_buffer

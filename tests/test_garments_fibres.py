@@ -13,7 +13,7 @@ from tatamu.folding.manipulation import bezier_manipulation
 from tatamu.folding.task import make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
-from tatamu.garments.fibres import along_v
+from tatamu.garments.worn import along_v
 from tatamu.simulation.simulators import simulate
 from tests.worn import worn_shirt_obj
 

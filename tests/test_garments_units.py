@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tatamu.base.errors import InputError
 from tatamu.garments import make_garment
-from tatamu.garments.resolution import MAX_SIDE, MIN_SIDE
+from tatamu.garments.garment import MAX_SIDE, MIN_SIDE
 from tatamu.garments.units import NAMES, Unit, check_size_of_file, doubts
 from tests.foreign import svg
 

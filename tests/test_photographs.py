@@ -13,21 +13,17 @@ from PIL import Image, ImageDraw
 
 import tatamu as tt
 from tatamu.base.errors import InputError
-from tatamu.cameras.board import Board, load_board, write_board
+from tatamu.cameras.board import DOTS, Board, load_board, page, write_board, write_pdf
 from tatamu.cameras.camera import estimate
-from tatamu.cameras.fit import lay
+from tatamu.cameras.edges import Line
 from tatamu.cameras.lens import Lens, calibrate_lens, load_lens, scaled, write_lens
-from tatamu.cameras.lines import Line
-from tatamu.cameras.locate import locate_shape
-from tatamu.cameras.located import Located
+from tatamu.cameras.locate import Located, locate_shape
 from tatamu.cameras.markers import find_pages, saddles
-from tatamu.cameras.mounting import parse_pose, parse_touched, touched_pose
 from tatamu.cameras.photograph import read_photograph
 from tatamu.cameras.pictures import draw_reading
-from tatamu.cameras.pose import Pose
-from tatamu.cameras.printing import DOTS, page, write_pdf
+from tatamu.cameras.pose import Pose, parse_pose, parse_touched, touched_pose
 from tatamu.cameras.reading import FoldReader, FoldReading
-from tatamu.cameras.shape import shape_of
+from tatamu.cameras.shape import lay, shape_of
 from tatamu.folding.fold import Fold
 from tatamu.folding.marks import marks
 from tatamu.folding.task import make_task

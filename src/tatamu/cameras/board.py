@@ -3,6 +3,8 @@
 Each page is a ChArUco pattern: a chessboard with a coded marker in every white square (Garrido-Jurado et al. 2014). Its
 corners are numbered, so a few visible ones suffice. The first page gives the board's frame: the origin is mark A, the
 lower left corner of the pattern, x points to mark B and y to mark C. Further pages may lie anywhere on the table.
+
+The board is written as a PDF file that prints at its true size; every line lies on whole dots.
 """
 
 from __future__ import annotations
@@ -12,9 +14,10 @@ from typing import Any, Literal
 
 import numpy as np
 import tomli_w
+from PIL import Image, ImageDraw, ImageFont
 from pydantic import Field
 
-from tatamu.base.files import read_record, write_text
+from tatamu.base.files import read_record, replacing, write_text
 from tatamu.base.records import Record
 from tatamu.cameras.opencv import opencv
 
@@ -24,20 +27,19 @@ COLUMNS, ROWS = 6, 8
 """Numbers of squares of the board's chessboard, across and along the page."""
 SQUARE = 0.030
 """Intended side length of a square [m]."""
-MARKER = 0.024
-"""Intended side length of a coded marker [m]."""
 BAR = 0.150
 """Intended length of the scale bar that is printed on the board [m]."""
 TOP = 0.012
 """Distance between the board's chessboard and the upper edge of the paper [m]."""
 MARKERS = COLUMNS * ROWS // 2
 Paper = Literal["a4", "letter"]
-
 HEAD = """\
 # The board printed from {pdf}.
 # Measure the scale bar under the pattern with a ruler, and correct `bar` [m] if the printer changed its length.
 
 """
+DOTS = 20_000
+"""Number of dots per metre of a printed page."""
 
 
 class Board(Record):
@@ -85,7 +87,7 @@ class Board(Record):
         aruco = opencv().aruco
         dictionary = aruco.getPredefinedDictionary(aruco.DICT_4X4_250)
         ids = MARKERS * page + np.arange(MARKERS)
-        return aruco.CharucoBoard((COLUMNS, ROWS), SQUARE, MARKER, dictionary, ids)
+        return aruco.CharucoBoard((COLUMNS, ROWS), SQUARE, 0.024, dictionary, ids)  # with the side of a marker [m]
 
 
 def load_board(path: Path) -> Board:
@@ -96,3 +98,44 @@ def load_board(path: Path) -> Board:
 def write_board(board: Board, path: Path, pdf: Path) -> None:
     """Write the file that describes a board, which is printed from the file `pdf`."""
     write_text(path, HEAD.format(pdf=pdf.name) + tomli_w.dumps({"board": board.model_dump()}))
+
+
+def page(board: Board, number: int) -> Image.Image:
+    """Return a page of the board as a grey picture with 20 dots per millimetre. The first page has number 0."""
+    wide, tall = (round(side * DOTS) for side in PAPERS[board.paper])
+    sheet = Image.new("L", (wide, tall), 255)
+    size = (round(COLUMNS * SQUARE * DOTS), round(ROWS * SQUARE * DOTS))
+    left, top = (wide - size[0]) // 2, round(TOP * DOTS)
+    sheet.paste(Image.fromarray(board.pattern(number).generateImage(size)), (left, top))
+    canvas = ImageDraw.Draw(sheet)
+    bottom, right = top + size[1], left + size[0]
+    font: Any = ImageFont.load_default(0.0038 * DOTS)
+    long, line = round(0.005 * DOTS), round(0.0003 * DOTS)
+    for x, y, name in ((left, bottom, "A"), (right, bottom, "B"), (left, top, "C")):
+        ahead, down = (long if x == right else -long), (long if y == bottom else -long)
+        canvas.line([(x, y), (x + ahead, y)], 0, line)
+        canvas.line([(x, y), (x, y + down)], 0, line)
+        place = (x + 0.7 * ahead, y + 0.8 * down)
+        canvas.text(place, name if number == 0 else "", 0, font, anchor="mm")
+    start, y, bar = (wide - round(BAR * DOTS)) // 2, bottom + round(0.009 * DOTS), round(BAR * DOTS)
+    canvas.line([(start, y), (start + bar, y)], 0, line)
+    for tick in np.arange(0.0, BAR + 1e-9, 0.01):  # every centimetre
+        high = round((0.004 if tick in (0.0, BAR) else 0.002) * DOTS)
+        x = start + round(tick * DOTS)
+        canvas.line([(x, y - high), (x, y)], 0, line)
+    canvas.text((start + bar // 2, y + round(0.0015 * DOTS)), f"{1e3 * BAR:.0f} mm", 0, font, anchor="mt")
+    text = (
+        f"tatamu board, page {number + 1} of {board.pages}: {1e3 * SQUARE:.0f} mm squares, "
+        f"markers {MARKERS * number} to {MARKERS * (number + 1) - 1}. Print at 100 %, lay it flat."
+    )
+    canvas.text((wide // 2, bottom + round(0.017 * DOTS)), text, 0, font, anchor="mt")
+    return sheet
+
+
+def write_pdf(board: Board, path: Path) -> None:
+    """Write all pages of a board as a PDF file at their true size."""
+    first, *others = (page(board, number).convert("1") for number in range(board.pages))
+    with replacing(path) as temporary:
+        # without dates, the same board always makes the same file
+        dated: dict[str, Any] = {"creationDate": None, "modDate": None, "title": "tatamu board"}
+        first.save(temporary, "PDF", resolution=DOTS * 0.0254, save_all=True, append_images=others, **dated)

@@ -24,13 +24,8 @@ from tatamu.cameras.lens import Lens, expected
 from tatamu.cameras.opencv import opencv
 from tatamu.cameras.pose import Pose
 
-FINEST = 0.05
-"""Minimum standard error of a corner of the board in the photo [pixels]."""
-SMOOTH = 2
-"""Number of points on each side of an outline's point that give its direction there."""
-GRAZING = 75.0
-"""Maximum angle between the direction in which the camera looks and straight down [degrees]."""
 LENS = 5
+"""Number of parameters of the lens."""
 
 Seen = tuple[np.ndarray, np.ndarray]
 """Visible corners of a page of the board, in the frame of the page [m] and in the photo [pixels], shape (k, 2) each."""
@@ -95,7 +90,7 @@ class Camera:
         the edges.
         """
         middle = self.on_table(outline, 0.5 * top)
-        after, before = np.roll(middle, -SMOOTH, axis=0), np.roll(middle, SMOOTH, axis=0)
+        after, before = np.roll(middle, -2, axis=0), np.roll(middle, 2, axis=0)
         outward = 1.0 if shapely.is_ccw(shapely.LinearRing(middle)) else -1.0
         normals = outward * np.column_stack([(after - before)[:, 1], -(after - before)[:, 0]])
         nearer = self.eye[:2] - middle
@@ -154,23 +149,35 @@ def estimate(
         InputError: If the corners do not fit a flat board.
     """
     prior, spread = expected(size, lens, focal)
+
+    def residuals(parameters: np.ndarray, sigma: float) -> np.ndarray:
+        camera = _camera(parameters, size, lens)
+        wrong = [
+            (camera.project(_flat(pose.place(points))) - pixels).ravel() / sigma
+            for pose, (points, pixels) in zip(_poses(parameters), pages, strict=True)
+        ]
+        return np.concatenate([*wrong, (parameters[:LENS] - prior) / spread])
+
+    def fit(start: np.ndarray, sigma: float) -> OptimizeResult:
+        return least_squares(residuals, start, x_scale="jac", max_nfev=200, args=(sigma,))
+
+    finest = 0.05  # minimum standard error of a corner of the board in the photo [pixels]
     guesses = (1.0, 0.6, 1.6) if lens is None else (1.0,)  # multiples of the expected focal length
-    fits = [_fit(pages, size, lens, prior, spread, FINEST, guess) for guess in guesses]
-    best = min(fits, key=lambda fit: fit.cost)
+    starts = [_start(pages, size, lens, prior + np.array([np.log(guess), 0, 0, 0, 0])) for guess in guesses]
+    best = min((fit(start, finest) for start in starts), key=lambda found: found.cost)
     count = sum(len(places) for places, _ in pages)
-    rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * FINEST
+    rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * finest
     if rms > 5e-4 * max(size):
         raise InputError(
             f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay the board flat"
         )
-    if rms > FINEST:  # if the errors of corners are larger, the prior counts more
-        best = _fit(pages, size, lens, prior, spread, rms, 1.0, best.x)
+    if rms > finest:  # if the errors of corners are larger, the prior counts more
+        best = fit(best.x, rms)
     camera = _camera(best.x, size, lens)
-    if camera.tilt > np.radians(GRAZING):
-        raise InputError(
-            f"photo: must be taken less than {GRAZING:.0f} degrees from straight above, given "
-            f"{np.degrees(camera.tilt):.0f}; hold the camera higher"
-        )
+    tilt = float(np.degrees(camera.tilt))
+    if tilt > 75.0:
+        given = f"given {tilt:.0f}; hold the camera higher"
+        raise InputError(f"photo: must be taken less than 75 degrees from straight above, {given}")
     # With two pages and a tilt of 15 to 50 degrees, a focal length wrong by 2 % is up to 3 deviations of the lens file
     # away, and one wrong by 10 % is 4 to 12 away.
     away = float(np.abs((best.x[:LENS] - prior) / spread).max())
@@ -182,31 +189,6 @@ def estimate(
         )
     covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
     return View(camera, best.x, covariance, rms, float(best.cost), lens, size)
-
-
-def _fit(
-    pages: Sequence[Seen],
-    size: tuple[int, int],
-    lens: Lens | None,
-    prior: np.ndarray,
-    spread: np.ndarray,
-    sigma: float,
-    guess: float,
-    start: np.ndarray | None = None,
-) -> OptimizeResult:
-    """Fit the parameters of a camera by `least_squares`; residuals are divided by their standard deviations."""
-
-    def residuals(parameters: np.ndarray) -> np.ndarray:
-        camera = _camera(parameters, size, lens)
-        wrong = [
-            (camera.project(_flat(pose.place(points))) - pixels).ravel() / sigma
-            for pose, (points, pixels) in zip(_poses(parameters), pages, strict=True)
-        ]
-        return np.concatenate([*wrong, (parameters[:LENS] - prior) / spread])
-
-    if start is None:
-        start = _start(pages, size, lens, prior + np.array([np.log(guess), 0, 0, 0, 0]))
-    return least_squares(residuals, start, x_scale="jac", max_nfev=200)
 
 
 def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, optics: np.ndarray) -> np.ndarray:

@@ -1,4 +1,7 @@
-"""Finds edges of cloth to a fraction of a pixel, from the photograph's colours along lines across these edges."""
+"""Finds edges of cloth to a fraction of a pixel, from the photograph's colours along lines across these edges.
+
+Straight edges are fitted by lines, from which a few of the points may lie far away.
+"""
 
 from __future__ import annotations
 
@@ -25,15 +28,14 @@ class Edges:
     """Width over which the colour changes at the edge near each given point [pixels], shape (n,)."""
 
 
-def closed_normals(curve: np.ndarray) -> np.ndarray:
+def curve_normals(curve: np.ndarray) -> np.ndarray:
     """Return the unit normals of a closed curve, shape (n, 2).
 
     They point out of a curve that is counter-clockwise where y points up, and clockwise where y points down.
     """
-    smooth = gaussian_filter1d(curve, 2.0, axis=0, mode="wrap")
-    along = np.roll(smooth, -1, axis=0) - np.roll(smooth, 1, axis=0)
-    normals = np.column_stack([along[:, 1], -along[:, 0]])
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+    along = np.roll(curve, -1, axis=0) - np.roll(curve, 1, axis=0)
+    across = np.column_stack([along[:, 1], -along[:, 0]])
+    return np.asarray(across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12))
 
 
 def step_edges(pixels: np.ndarray, points: np.ndarray, normals: np.ndarray, reach: float) -> Edges:
@@ -69,3 +71,52 @@ def sample(pixels: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.asarray(
         cv2.remap(pixels, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), dtype=float
     )
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line in the plane that was fitted to points."""
+
+    origin: np.ndarray
+    """Weighted mean of the points to which the line was fitted, shape (2,)."""
+    direction: np.ndarray
+    """Unit vector along the line, shape (2,)."""
+    rms: float
+    """Standard deviation of the distances of the fitted points from the line."""
+    spread: float
+    """Standard deviation of the positions of the fitted points along the line."""
+    count: int
+
+    @classmethod
+    def through(cls, points: np.ndarray) -> Line:
+        """Fit a line to points, shape (n, 2), by total least squares with Cauchy's weights."""
+        weight = np.ones(len(points))
+        for _ in range(8):
+            origin = weight @ points / weight.sum()
+            away = points - origin
+            _, vectors = np.linalg.eigh((weight[:, None] * away).T @ away)
+            off = away @ vectors[:, 0]
+            scale = 1.4826 * float(np.median(np.abs(off))) + 1e-12
+            weight = 1.0 / (1.0 + (off / (2.0 * scale)) ** 2)
+        rms = float(np.sqrt((weight * off**2).sum() / weight.sum()))
+        spread = float(np.sqrt((weight * (away @ vectors[:, 1]) ** 2).sum() / weight.sum()))
+        return cls(origin, vectors[:, 1], rms, spread, len(points))
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Unit vector across the line, shape (2,)."""
+        return np.array([-self.direction[1], self.direction[0]])
+
+    def off(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distances of n points from the line, shape (n,); positive on the side of `normal`."""
+        return np.asarray((points - self.origin) @ self.normal)
+
+    def deviation_at(self, point: np.ndarray, independent: float) -> float:
+        """Return the standard deviation of the line across itself at a point, shape (2,), from independent errors."""
+        away = float((point - self.origin) @ self.direction) / max(self.spread, 1e-9)
+        return float(self.rms * np.sqrt((1.0 + away**2) / max(independent, 1.0)))
+
+    def meets(self, other: Line) -> np.ndarray:
+        """Return the point at which this line and another line meet, shape (2,)."""
+        matrix = np.array([self.normal, other.normal])
+        return np.asarray(np.linalg.solve(matrix, [self.normal @ self.origin, other.normal @ other.origin]))

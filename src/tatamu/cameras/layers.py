@@ -13,8 +13,7 @@ import numpy as np
 import shapely
 from scipy.ndimage import gaussian_filter1d
 
-from tatamu.cameras.edges import sample
-from tatamu.cameras.lines import Line
+from tatamu.cameras.edges import Line, sample
 from tatamu.cameras.photograph import Photograph
 from tatamu.cameras.pose import Pose
 
@@ -22,8 +21,6 @@ SOFT = 0.0012
 """Standard deviation of the Gaussian filter that smooths brightness across an edge of cloth [m]."""
 TURN = 0.14
 """Largest slope, relative to an expected edge, of the lines that are tried as this edge."""
-TURNS = 29
-"""Number of directions of lines that are tried in the search for an edge of cloth."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +69,8 @@ def inner_edge(
     slope = gaussian_filter1d(bright, SOFT / step, axis=1, order=1)
     slope -= np.median(slope[inside]) if inside.any() else 0.0
     centre = np.interp(along, along[[0, -1]], [-0.5, 0.5])
-    turns = np.linspace(-TURN, TURN, TURNS)
-    scores = np.full((TURNS, len(across)), np.nan)
+    turns = np.linspace(-TURN, TURN, 29)
+    scores = np.full((len(turns), len(across)), np.nan)
     rows = np.arange(len(along))[:, None]
     for number, turn in enumerate(turns):
         shift = np.round(turn * centre * window.length / step).astype(int)[:, None] + np.arange(len(across))

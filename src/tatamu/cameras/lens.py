@@ -18,21 +18,14 @@ from tatamu.base.files import read_record, write_text
 from tatamu.base.records import Record
 from tatamu.cameras.opencv import opencv
 
-DIAGONAL = 0.04327
-"""Diagonal of 35 mm film [m]. The focal length that a photo's file states refers to this film."""
 USUAL = 0.85
 """Focal length of a usual phone, as a fraction of the picture's longer side."""
-APART = 20.0
-"""Minimum angle by which the board must turn between two of the photos that determine a lens [degrees]."""
-MIN_PHOTOS = 4
-"""Minimum number of photos that determine a lens."""
 
 TURNS = {
     **{1: ((1, 0), (0, 1)), 2: ((-1, 0), (0, 1)), 3: ((-1, 0), (0, -1)), 4: ((1, 0), (0, -1))},
     **{5: ((0, 1), (1, 0)), 6: ((0, -1), (1, 0)), 7: ((0, -1), (-1, 0)), 8: ((0, 1), (-1, 0))},
 }
 """Matrix by which each orientation tag turns and mirrors a picture about its middle."""
-Distortion = Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)]
 
 
 class Lens(Record):
@@ -45,7 +38,7 @@ class Lens(Record):
     """Focal length of the lens [pixels]."""
     centre: tuple[float, float]
     """Position at which the optical axis meets the picture [pixels]."""
-    distortion: Distortion = ()
+    distortion: Annotated[tuple[Annotated[float, Field(ge=-5.0, le=5.0)], ...], Field(max_length=5)] = ()
 
 
 def load_lens(path: Path) -> Lens:
@@ -60,7 +53,8 @@ def write_lens(lens: Lens, path: Path) -> None:
 
 def stated_focal(film: float | None, size: tuple[int, int]) -> float | None:
     """Convert a focal length `film`, which is stated for 35 mm film [mm], to pixels; None if `film` is None."""
-    return None if film is None else 1e-3 * film / DIAGONAL * float(np.hypot(*size))
+    diagonal = 0.04327  # of 35 mm film [m]
+    return None if film is None else 1e-3 * film / diagonal * float(np.hypot(*size))
 
 
 def expected(size: tuple[int, int], lens: Lens | None, focal: float | None) -> tuple[np.ndarray, np.ndarray]:
@@ -125,8 +119,8 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     Raises:
         InputError: If there are too few photos, or they are too similar.
     """
-    if len(seen) < MIN_PHOTOS:
-        raise InputError(f"photos: must be at least {MIN_PHOTOS}, from different sides and angles, given {len(seen)}")
+    if len(seen) < 4:
+        raise InputError(f"photos: must be at least 4, from different sides and angles, given {len(seen)}")
     cv2 = opencv()
     objects = [np.column_stack([places, np.zeros(len(places))]).astype(np.float32) for places, _ in seen]
     pixels = [found.astype(np.float32) for _, found in seen]
@@ -135,10 +129,10 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     rms, matrix, distortion, turns, _ = cv2.calibrateCamera(objects, pixels, size, start, np.zeros(5), flags=flags)
     normals = np.array([cv2.Rodrigues(turn)[0][:, 2] for turn in turns])
     apart = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
-    if apart < APART:
+    if apart < 20.0:
         raise InputError(
-            f"photos: must show the board at angles that differ by {APART:.0f} degrees, given {apart:.0f}; take photos "
-            "from straight above, and tilted to every side"
+            f"photos: must show the board at angles that differ by 20 degrees, given {apart:.0f}; take photos from "
+            "straight above, and tilted to every side"
         )
     k1, k2 = (float(value) for value in distortion.ravel()[:2])
     centre = (float(matrix[0, 2]), float(matrix[1, 2]))

@@ -2,22 +2,121 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
-from tatamu.cameras.fit import Fit, again, lay
 from tatamu.cameras.lens import load_lens
-from tatamu.cameras.located import Comparison, Located
-from tatamu.cameras.mounting import touched_pose
 from tatamu.cameras.photograph import Photograph, find_cloth, load_scale, read_photograph, without_lens
-from tatamu.cameras.pose import Pose, wrapped
-from tatamu.cameras.shape import Shape, shape_of
+from tatamu.cameras.pose import Pose, touched_pose, wrapped
+from tatamu.cameras.shape import Fit, Shape, again, lay, shape_of
 from tatamu.garments import make_garment
 from tatamu.study.result import Result
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The garment with which the cloth is compared, of a size that was given or learned."""
+
+    size: tuple[float, float]
+    """Width and length of the garment [m]."""
+    area: float
+    """Area of the garment [m2]."""
+
+    def lines(self, located: Located) -> list[str]:
+        """Return the differences between a located garment and this one, as lines of text."""
+        width, length = (now / then - 1 for now, then in zip(located.size, self.size, strict=True))
+        share = located.area / self.area - 1
+        sides = f"width {100 * width:+.1f} %, length {100 * length:+.1f} %"
+        size = f"{self.size[0]:.3f} x {self.size[1]:.3f} m"
+        found = [f"compared with {size}: {sides}, area {100 * share:+.1f} %"]
+        if share < -0.03:
+            found.append("note: the area is too small; smooth out wrinkles, or learn the fold for this size")
+        elif max(abs(width), abs(length)) > 0.02:
+            found.append("note: the garment has another size than in the learned fold; learn the fold for this size")
+        return found
+
+
+@dataclass(frozen=True)
+class Located:
+    """A garment that was found on the table in a photograph."""
+
+    garment: str
+    pose: Pose
+    """Pose of the garment's frame in the board's frame."""
+    place: Pose | None
+    """Pose of the garment's frame in the robot's base frame, if the board's pose there is known."""
+    deviation: tuple[float, float, float]
+    """Standard deviations of x, y [m] and yaw [rad] of the garment's pose."""
+    size: tuple[float, float]
+    """Width and length of the garment in the photograph [m]."""
+    size_deviation: tuple[float, float]
+    """Standard deviations of the garment's width and length [m]."""
+    area: float
+    """Area inside the garment's outline [m2]."""
+    outline: np.ndarray
+    """Points of the outline [m], shape (n, 2), in the robot's base frame if `place` is known, otherwise in the
+    board's."""
+    corners: Mapping[str, np.ndarray]
+    """Corners of the fitted outline by name, in the frame of `outline` [m], shape (2,)."""
+    rms: float
+    """Root mean square distance between the found and the fitted outline [m]."""
+    learned: Comparison | None
+    """Garment with which the cloth is compared, if one was learned or a size was given."""
+    fit: Fit = field(repr=False)
+    photograph: Photograph = field(repr=False)
+    edge: np.ndarray = field(repr=False)
+    """Outline in the photograph [pixels], shape (n, 2)."""
+    notes: tuple[str, ...] = ()
+    """Notes for the user on files that probably do not belong to the photograph."""
+
+    def describe(self) -> dict[str, Any]:
+        """Return the contents of the JSON file."""
+        place, learned = self.place, self.learned
+        return {
+            "version": 1,
+            "garment": self.garment,
+            "frame": "board" if place is None else "base",
+            "pose_on_board": asdict(self.pose),
+            "place": None if place is None else asdict(place),
+            "deviation": dict(zip(("x", "y", "yaw"), self.deviation, strict=True)),
+            "size": list(self.size),
+            "size_deviation": list(self.size_deviation),
+            "area": self.area,
+            "corners": {name: point.tolist() for name, point in self.corners.items()},
+            "outline": self.outline.round(5).tolist(),
+            "outline_rms": self.rms,
+            "learned": None if learned is None else {"size": list(learned.size), "area": learned.area},
+        }
+
+    def lines(self) -> list[str]:
+        """Return the pose and size of the garment, with notes for the user, as lines of text."""
+        x, y, yaw = self.deviation
+        width, length = self.size
+        lens = "" if self.photograph.view.lens is not None else " or --lens"
+        pose = self.place or self.pose
+        frame = "board's frame" if self.place is None else "robot's base frame"
+        found = [
+            f"{self.garment}: {width:.3f} x {length:.3f} m, area {self.area:.4f} m2; "
+            f"its outline deviates by {1e3 * self.rms:.1f} mm",
+            f"pose in the {frame}: x {pose.x:.4f} m (+- {1e3 * x:.1f} mm), y {pose.y:.4f} m (+- {1e3 * y:.1f} mm), "
+            f"yaw {np.degrees(pose.yaw):.2f} deg (+- {np.degrees(yaw):.2f} deg)",
+            *([] if self.learned is None else self.learned.lines(self)),
+            *self.notes,
+        ]
+        if max(x, y) > 0.003:
+            known = f"the pose is known only to within {1e3 * max(x, y):.0f} mm"
+            found.append(f"note: {known}; lay the board closer, or use a second page{lens}")
+        if self.place is None:
+            found.append("note: --board-pose or --touch gives the --place that `tatamu plan` takes")
+        else:
+            found.append(f"--place {self.place}")
+        return found
 
 
 def locate(
@@ -57,22 +156,14 @@ def locate(
     pose = None if board_pose is None else board_pose if isinstance(board_pose, Pose) else Pose(*board_pose)
     if touched is not None:
         pose = touched_pose(scale.marks, np.asarray(touched, dtype=float))
-    shape = shape_of(make_garment(garment, size=size)) if run is None else learned_shape(run)
+    if run is None:
+        shape = shape_of(make_garment(garment, size=size))
+    else:
+        result = run if isinstance(run, Result) else Result.load(run)
+        shape = shape_of(result.task.fold.garment, result.start)  # as it lies before the fold
     photograph = read_photograph(Path(photo), scale, None if lens is None else load_lens(Path(lens)))
-    return locate_shape(
-        photograph,
-        shape,
-        board_pose=pose,
-        learned=run is not None or size is not None,
-        given=corners,
-        join=join,
-    )
-
-
-def learned_shape(run: Result | Path | str) -> Shape:
-    """Return the shape of the garment of a learned fold, as it lies before the fold."""
-    result = run if isinstance(run, Result) else Result.load(run)
-    return shape_of(result.task.fold.garment, result.start)
+    learned = run is not None or size is not None
+    return locate_shape(photograph, shape, board_pose=pose, learned=learned, given=corners, join=join)
 
 
 def locate_shape(
@@ -91,33 +182,31 @@ def locate_shape(
     Raises:
         InputError: If the garment is not found, or one of its corners is turned in.
     """
-    path = photograph.path
     camera = photograph.view.camera
     edge = find_cloth(photograph, join).points
-    pinned = {} if given is None else dict(given)
+    pinned = given or {}
     for name in pinned:
         if name not in shape.corners:
             raise InputError(f"corner: must be one of {', '.join(shape.corners)}, given {name!r}")
     shown = {name: camera.on_table(pixel[None], shape.height)[0] for name, pixel in pinned.items()}
     found = camera.on_rim(edge, 2.0 * shape.height)
     fit = lay(shape, found, shown, board_pose)
-    _check(path, fit, found, set(pinned))
-    if learned:
-        _check_size(path, fit)
+    _check(photograph.path, fit, found, pinned, learned)
     doubt = _lens_doubt(photograph, fit, edge) if learned and photograph.view.lens is not None else ()
     covariance = fit.covariance + _of_camera(photograph, fit, edge, pinned)
     spread = np.sqrt(np.diag(covariance))
     length, width = (shape.size * fit.scale).tolist()
     outer = board_pose or Pose()
-    area = float(shapely.Polygon(found).area)
+    plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
+    x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()
     return Located(
         shape.name,
         fit.pose,
         None if board_pose is None else fit.pose.within(board_pose),
-        _turned(covariance, outer),
+        (x, y, yaw),
         (width, length),
         (float(width * spread[4]), float(length * spread[3])),
-        area,
+        float(shapely.Polygon(found).area),
         outer.place(found),
         {name: outer.place(fit.place(corner[None]))[0] for name, corner in shape.corners.items()},
         fit.rms,
@@ -127,13 +216,6 @@ def locate_shape(
         edge,
         doubt,
     )
-
-
-def _turned(covariance: np.ndarray, outer: Pose) -> tuple[float, float, float]:
-    """Return the deviations of x, y and yaw in an outer frame, in which the covariance's frame has the pose `outer`."""
-    plane = outer.rotation @ covariance[:2, :2] @ outer.rotation.T
-    x, y, yaw = np.sqrt([plane[0, 0], plane[1, 1], covariance[2, 2]]).tolist()
-    return x, y, yaw
 
 
 def _of_camera(photograph: Photograph, fit: Fit, edge: np.ndarray, given: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -166,19 +248,11 @@ def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str
     )
 
 
-def _check_size(path: object, fit: Fit) -> None:
-    """Refuse cloth whose size differs much from the expected size, because part of it was probably taken for table."""
-    if not (np.abs(np.log(fit.scale)) < 0.15).all():
-        length, width = fit.shape.size * fit.scale
-        size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
-        raise InputError(
-            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}; lay the cloth flat on a "
-            "table of another colour, or check --size and the board's `bar`"
-        )
+def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], learned: bool) -> None:
+    """Refuse an outline that does not fit the garment, or with a corner that is turned in, or of another size.
 
-
-def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
-    """Refuse an outline that does not fit the garment, and an outline with a corner that is turned in."""
+    If the size differs much, part of the cloth was probably taken for table.
+    """
     ring = shapely.LinearRing(found)
     gaps = {name: ring.distance(shapely.Point(fit.place(place[None])[0])) for name, place in fit.shape.corners.items()}
     turned = {name: gap for name, gap in gaps.items() if gap > 0.015 and name not in shown}
@@ -192,4 +266,11 @@ def _check(path: object, fit: Fit, found: np.ndarray, shown: set[str]) -> None:
         raise InputError(
             f"{path}: the corner {name} is turned in by {1e3 * turned[name]:.0f} mm; lay the corner flat, or show its "
             f"place with --corner {name}=X,Y"
+        )
+    if learned and not (np.abs(np.log(fit.scale)) < 0.15).all():
+        length, width = fit.shape.size * fit.scale
+        size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
+        raise InputError(
+            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}; lay the cloth flat on a "
+            "table of another colour, or check --size and the board's `bar`"
         )

@@ -13,8 +13,6 @@ from tatamu.cameras.opencv import opencv
 
 MIN_CORNERS = 8
 """Minimum number of corners that give the pose of a page."""
-WINDOWS = (2, 10)
-"""Minimum and maximum of half the side of this window [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def saddles(grey: np.ndarray, corners: np.ndarray) -> np.ndarray:
     apart = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     np.fill_diagonal(apart, np.inf)
     # the window must not reach the markers inside the squares
-    reach = int(np.clip(np.round(0.13 * np.median(apart.min(axis=0))), *WINDOWS))
+    reach = int(np.clip(np.round(0.13 * np.median(apart.min(axis=0))), 2, 10))
     side = np.arange(-reach, reach + 1.0)
     x, y = (each.ravel() for each in np.meshgrid(side, side))
     terms = np.column_stack([x**2, x * y, y**2, x, y, np.ones_like(x)])

@@ -8,25 +8,19 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from scipy.ndimage import gaussian_filter1d
 
 from tatamu.base.errors import InputError
 from tatamu.cameras.board import Board, load_board
 from tatamu.cameras.camera import Seen, View, estimate
-from tatamu.cameras.edges import Edges, closed_normals, step_edges
+from tatamu.cameras.edges import Edges, curve_normals, step_edges
 from tatamu.cameras.lens import Lens, possible_lenses, stated_focal
 from tatamu.cameras.markers import find_pages
 from tatamu.cameras.opencv import opencv
 from tatamu.cameras.sheet import SHEETS, Sheet, find_sheet
-from tatamu.garments.foreground import stand_out
-from tatamu.garments.photo import blocks, contour, reduction, softened
+from tatamu.garments.outline import even
+from tatamu.garments.photo import blocks, contour, reduction, stand_out
 from tatamu.garments.picture import Picture, read_picture
-
-MIN_PIXELS = 400
-"""Smallest allowed number of pixels along the shorter side of a photo."""
-WIDEST = 0.006
-"""Width of the edge of the cloth [m] above which a photograph counts as blurred, if it is also many pixels wide."""
-OTHER_FOCAL = 1.25
-"""Maximum ratio of the focal lengths that a lens file and a photo's file state."""
 
 Scale = Board | Sheet
 """What gives a photograph its scale."""
@@ -69,8 +63,8 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
     """Read a photograph and find its camera from the board or sheet that it shows."""
     picture = read_picture(path)
     tall, wide = picture.pixels.shape[:2]
-    if min(tall, wide) < MIN_PIXELS:
-        raise InputError(f"{path}: photo: must have at least {MIN_PIXELS} pixels on each side, given {wide} x {tall}")
+    if min(tall, wide) < 400:
+        raise InputError(f"{path}: photo: must have at least 400 pixels on each side, given {wide} x {tall}")
     focal = stated_focal(picture.film, (wide, tall))
     try:
         _check_focal(lens, focal, (wide, tall))
@@ -95,7 +89,7 @@ def _check_focal(lens: Lens | None, focal: float | None, size: tuple[int, int]) 
     if lens is None or focal is None:
         return
     own = lens.focal * max(size) / max(lens.width, lens.height)
-    if not 1.0 / OTHER_FOCAL < own / focal < OTHER_FOCAL:
+    if not 1.0 / 1.25 < own / focal < 1.25:
         raise InputError(
             f"lens: has a focal length of {own:.0f} pixels, but the photo's file states {focal:.0f}: leave --lens out, "
             "or give the file of the photo's camera and zoom"
@@ -120,27 +114,19 @@ def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
     reduced = reduction(pixels)
     image = blocks(pixels, reduced)
     ignored = _drawn(photograph, reduced, image.shape[:2])
-    found = stand_out(image, photograph.path, join, np.empty((0, 2)), ignored)
-    curve = (contour(softened(found.mask)) + 0.5) * reduced - 0.5
-    curve = even(curve if shapely.is_ccw(shapely.LinearRing(curve)) else curve[::-1], 2.0 * reduced)
-    edges = step_edges(pixels, curve, closed_normals(curve), 2.5 * reduced + 3.0)
+    share, _ = stand_out(image, photograph.path, join, np.empty((0, 2)), ignored)
+    curve = contour(share, reduced)
+    curve = curve if shapely.is_ccw(shapely.LinearRing(curve)) else curve[::-1]
+    curve = even(np.vstack([curve, curve[:1]]), 2.0 * reduced, 8)[:-1]
+    across = curve_normals(gaussian_filter1d(curve, 2.0, axis=0, mode="wrap"))
+    edges = step_edges(pixels, curve, across, 2.5 * reduced + 3.0)
     wide = float(np.median(edges.width[edges.found])) if edges.found.any() else 0.0
     width = wide * photograph.resolution(photograph.view.camera.on_table(edges.points))
     # JPEG alone blurs colours over 4 pixels
-    if width > WIDEST and wide > 10.0:
-        raise InputError(
-            f"{photograph.path}: photo: is blurred; edges of the cloth must be at most {1e3 * WIDEST:.0f} mm wide, "
-            f"given {1e3 * width:.0f} mm"
-        )
+    if width > 0.006 and wide > 10.0:
+        most = f"edges of the cloth must be at most 6 mm wide, given {1e3 * width:.0f} mm"
+        raise InputError(f"{photograph.path}: photo: is blurred; {most}")
     return edges
-
-
-def even(curve: np.ndarray, spacing: float) -> np.ndarray:
-    """Return points at equal distances of about `spacing` along a closed curve, shape (n, 2)."""
-    closed = np.vstack([curve, curve[:1]])
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
-    at = np.linspace(0.0, arc[-1], max(8, round(arc[-1] / spacing)), endpoint=False)
-    return np.column_stack([np.interp(at, arc, closed[:, k]) for k in (0, 1)])
 
 
 def _grey(pixels: np.ndarray) -> np.ndarray:

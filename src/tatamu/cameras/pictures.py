@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import replacing
-from tatamu.cameras.located import Located
+from tatamu.cameras.locate import Located
 from tatamu.cameras.opencv import opencv
 from tatamu.cameras.photograph import Photograph
 from tatamu.cameras.reading import FoldReading
@@ -23,8 +23,6 @@ MAX_PIXELS = 1600
 """Largest number of pixels along the longer side of a picture for checking."""
 OUTLINE, FITTED = "#d02090", "#ffffff"
 """Colours of the found outline and of the fitted outline."""
-MARGIN = 0.05
-"""Width of the strip of table that is shown around the cloth in the view from above [m]."""
 
 
 class Overlay:
@@ -63,9 +61,6 @@ class Overlay:
             place = (x - 2 * radius, y) if before else (x + 2 * radius, y)
             self._canvas.text(place, text, "#ffffff", anchor="rm" if before else "lm", **look)
 
-    def table_curve(self, places: np.ndarray, colour: str, width: float = 1.0, closed: bool = False) -> None:
-        self.curve(self._photograph.in_pixels(places), colour, width, closed)
-
     def frame(self, origin: np.ndarray, turn: np.ndarray, name: str) -> None:
         for axis, colour, letter in zip(turn.T, ("#d64a57", "#14968c"), "xy", strict=True):
             ends = self._photograph.in_pixels(np.array([origin, origin + 0.08 * axis]))
@@ -87,7 +82,7 @@ def draw_located(located: Located) -> Image.Image:
     for name, corner in fit.shape.corners.items():
         overlay.dot(photograph.in_pixels(fit.place(corner[None]), fit.shape.height)[0], OUTLINE, name)
     for paper in photograph.papers:
-        overlay.table_curve(paper, FITTED, 0.5, closed=True)
+        overlay.curve(photograph.in_pixels(paper), FITTED, 0.5, closed=True)
     overlay.frame(np.zeros(2), np.eye(2), "board")
     overlay.frame(np.array([fit.pose.x, fit.pose.y]), fit.pose.rotation, "garment")
     return overlay.image
@@ -113,7 +108,7 @@ def draw_reading(reading: FoldReading, expected: np.ndarray | None = None) -> Im
 
 def from_above(photograph: Photograph, places: np.ndarray) -> Image.Image:
     """Return a picture of the table around positions [m], shape (n, 2), from above, with the board's x to the right."""
-    low, high = places.min(axis=0) - MARGIN, places.max(axis=0) + MARGIN
+    low, high = places.min(axis=0) - 0.05, places.max(axis=0) + 0.05
     pixel = max(0.0005, photograph.resolution(places), float((high - low).max()) / MAX_PIXELS)
     columns = np.arange(low[0], high[0], pixel)
     rows = np.arange(high[1], low[1], -pixel)

@@ -8,17 +8,17 @@ how far the hidden hem may be from the outline.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
+from tatamu.cameras.edges import Line
 from tatamu.cameras.layers import Window, inner_edge, outer_edge
 from tatamu.cameras.lens import load_lens
-from tatamu.cameras.lines import Line
-from tatamu.cameras.located import Located
+from tatamu.cameras.locate import Located
 from tatamu.cameras.photograph import Photograph, find_cloth, load_scale, read_photograph
 from tatamu.cameras.pose import Pose
 from tatamu.folding.fold import Fold
@@ -123,23 +123,20 @@ class FoldReader:
         if fold.hands != 2:
             raise InputError("fold: must use two hands, because a photo shows two corners of the hem, given one hand")
         self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
+        self._hem = {"left": int(fold.left[0]), "right": int(fold.right[0])}  # vertices at the moved hem's corners
         self._edge = find_cloth(photograph).points
         self._axes = np.array([fold.normal, fold.crease.along])
         thickness = fold.garment.material.thickness
         self._rim = 0.3 * thickness  # the rim in the photo is not exactly the edge
-        self._heights = {"upper": float(fold.target[self._hem, 2].mean()), "lower": 0.5 * thickness}
+        hem = list(self._hem.values())
+        self._heights = {"upper": float(fold.target[hem, 2].mean()), "lower": 0.5 * thickness}
         camera = photograph.view.camera
         self._outlines = {
             name: frame.seen_from(camera.on_rim(self._edge, height + 0.5 * thickness))
             for name, height in self._heights.items()
         }
-        self._starts = dict(zip(("left", "right"), fold.start[lower_hem(fold, self._hem), :2], strict=True))
+        self._starts = dict(zip(self._hem, fold.start[lower_hem(fold, hem), :2], strict=True))
         self._cloth = shapely.Polygon(self._outlines["upper"]).buffer(0)
-
-    @property
-    def _hem(self) -> list[int]:
-        """Numbers of the mesh's vertices at the left and the right corner of the moved hem."""
-        return [int(self._fold.left[0]), int(self._fold.right[0])]
 
     def read(self, given: Mapping[str, np.ndarray]) -> FoldReading:
         """Return what was measured of the fold, with the pixels of given corners by name.
@@ -151,8 +148,8 @@ class FoldReader:
             if name not in CORNERS:
                 raise InputError(f"corner: must be one of {', '.join(CORNERS)}, given {name!r}")
         found: dict[str, _Corner] = {}
-        for side, vertex in zip(("left", "right"), self._hem, strict=True):
-            upper, lower = self._corner(side, vertex)
+        for side in self._hem:
+            upper, lower = self._corner(side)
             found |= {side: upper} if upper else {}
             found |= {f"lower-{side}": lower} if lower else {}
         self._drop_doubtful(found)
@@ -164,29 +161,25 @@ class FoldReader:
                 "its target; show the corners with --corner left=X,Y and --corner right=X,Y, or observe the fold as "
                 "failed"
             )
-        ends = dict(zip(("left", "right"), self._hem, strict=True))
-        targets = {side: self._pixel(self._fold.target[vertex, :2], "upper") for side, vertex in ends.items()}
-        pixels = {
-            name: self._pixel(corner.place, "lower" if name.startswith("lower") else "upper")
-            for name, corner in found.items()
-        }
+        top = self._heights["upper"]
+        targets = {side: self._pixel(self._fold.target[vertex, :2], top) for side, vertex in self._hem.items()}
+        pixels = {name: self._pixel(corner.place, corner.height) for name, corner in found.items()}
         return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
         """Drop the moved corners' coordinates across the fold if the hem is too wide, so one is of the lower layer."""
         if "left" not in found or "right" not in found:
             return
-        left, right = (self._fold.target[vertex, :2] for vertex in self._hem)
+        left, right = (self._fold.target[vertex, :2] for vertex in self._hem.values())
         seen = float(self._axes[1] @ (found["left"].place - found["right"].place))
         if seen - float(self._axes[1] @ (left - right)) > 0.006:
-            for side in ("left", "right"):
-                deviation = np.array([found[side].deviation[0], np.inf])
-                found[side] = _Corner(found[side].place, deviation, found[side].height)
+            for side in self._hem:
+                found[side] = replace(found[side], deviation=np.array([found[side].deviation[0], np.inf]))
 
     def _values(self, found: Mapping[str, _Corner]) -> Measured:
         """Return the deviations of the hems' corners from their targets, along the fold and across the fold."""
         values: Measured = {}
-        for side, vertex in zip(("left", "right"), self._hem, strict=True):
+        for side, vertex in self._hem.items():
             if side in found:
                 off = self._axes @ (found[side].place - self._fold.target[vertex, :2])
                 spread = self._total(found[side])
@@ -195,7 +188,7 @@ class FoldReader:
                         values[f"{side}_{axis}"] = (float(off[k]), float(spread[k]))
         for k, axis in enumerate(("along", "across")):
             seen = []
-            for side in ("left", "right"):
+            for side in self._hem:
                 lower = found.get(f"lower-{side}")
                 if lower is not None and np.isfinite(lower.deviation[k]):
                     off = self._axes @ (lower.place - self._starts[side])
@@ -205,9 +198,9 @@ class FoldReader:
                 values[f"slip_{axis}"] = (float(offs.mean()), float(np.sqrt((spreads**2).mean())))
         return values
 
-    def _corner(self, side: str, vertex: int) -> tuple[_Corner | None, _Corner | None]:
+    def _corner(self, side: str) -> tuple[_Corner | None, _Corner | None]:
         """Return a corner of the moved hem and that of the lower hem below it; None for one that is not found."""
-        hem, flank = self._windows(side, vertex)
+        hem, flank = self._windows(side)
         upper_hem, lower_hem = self._edges(hem)
         upper_flank, lower_flank = self._edges(flank)
         doubt = 0.0 if upper_hem is None or lower_hem is not None else self._unseen(upper_hem, hem)
@@ -217,22 +210,18 @@ class FoldReader:
         lower = self._lower(side, lower_hem, lower_flank) if lower_hem or lower_flank else None
         return upper, lower
 
-    def _windows(self, side: str, vertex: int) -> tuple[Window, Window]:
+    def _windows(self, side: str) -> tuple[Window, Window]:
         """Return where the hem and the side edge are expected near a corner of the moved hem."""
-        target = self._fold.target[:, :2]
-        corner = target[vertex]
-        other = target[self._hem[1] if side == "left" else self._hem[0]]
-        inwards = (other - corner) / np.linalg.norm(other - corner)
-        normal = self._axes[0]
+        target = self._fold.target
+        corner, other = (target[self._hem[each], :2] for each in (side, "right" if side == "left" else "left"))
+        width = float(np.linalg.norm(other - corner))
+        inwards = (other - corner) / width
+        normal, across = self._axes
         out = normal - (normal @ inwards) * inwards
-        length = min(LENGTH, 0.4 * float(np.linalg.norm(other - corner)))
-        sideways = self._axes[1] if side == "left" else -self._axes[1]
-        deep = min(LENGTH, 0.6 * abs(float(self._fold.crease.split(self._fold.target[[vertex]])[0][0])))
-        reach = min(REACH, 0.6 * deep)
-        return (
-            Window(corner, inwards, out / np.linalg.norm(out), length, reach),
-            Window(corner, -normal, sideways, deep, min(REACH, 0.45 * float(np.linalg.norm(other - corner)))),
-        )
+        deep = min(LENGTH, 0.6 * abs(float(self._fold.crease.split(target[[self._hem[side]]])[0][0])))
+        sideways = across if side == "left" else -across
+        hem = Window(corner, inwards, out / np.linalg.norm(out), min(LENGTH, 0.4 * width), min(REACH, 0.6 * deep))
+        return hem, Window(corner, -normal, sideways, deep, min(REACH, 0.45 * width))
 
     def _edges(self, window: Window) -> tuple[Line | None, Line | None]:
         """Return the edges of the upper and the lower layer in a window; None for one that is not found."""
@@ -244,16 +233,17 @@ class FoldReader:
 
     def _unseen(self, edge: Line, hem: Window) -> float:
         """Return the maximum distance of a hidden hem from the visible hem [m]; infinite if no crease is visible."""
-        across = self._fold.crease.split(self._fold.target)[0]
-        place = self._fold.target[int(across.argmin()), :2] @ self._axes[0]
-        middle = self._fold.target[self._hem, :2].mean(axis=0) @ self._axes[1]
-        half = 0.35 * float(np.linalg.norm(np.diff(self._fold.target[self._hem, :2], axis=0)))
-        begin = place * self._axes[0] + (middle - half) * self._axes[1]
-        line = outer_edge(self._outlines["upper"], Window(begin, self._axes[1], -self._axes[0], 2 * half, REACH))
+        normal, along = self._axes
+        target = self._fold.target
+        place = target[int(self._fold.crease.split(target)[0].argmin()), :2] @ normal
+        corners = target[list(self._hem.values()), :2]
+        half = 0.35 * float(np.linalg.norm(np.diff(corners, axis=0)))
+        begin = place * normal + (corners.mean(axis=0) @ along - half) * along
+        line = outer_edge(self._outlines["upper"], Window(begin, along, -normal, 2 * half, REACH))
         if line is None:
             return np.inf
-        crease = float(line.origin @ self._axes[0] - place)  # from its target, along the fold
-        return abs(2.0 * crease - float((edge.origin - hem.corner) @ self._axes[0]))
+        crease = float(line.origin @ normal - place)  # from its target, along the fold
+        return abs(2.0 * crease - float((edge.origin - hem.corner) @ normal))
 
     def _met(self, hem: Line, flank: Line, layer: str, doubt: float = 0.0) -> _Corner:
         place = hem.meets(flank)
@@ -273,22 +263,20 @@ class FoldReader:
         return _Corner(foot, deviation, self._heights["lower"])
 
     def _given(self, name: str, pixel: np.ndarray) -> _Corner:
-        layer = "lower" if name.startswith("lower") else "upper"
-        place = self._in_frame(np.asarray(pixel, dtype=float)[None], self._heights[layer])[0]
+        height = self._heights["lower" if name.startswith("lower") else "upper"]
+        on_table = self._photograph.view.camera.on_table(np.asarray(pixel, dtype=float)[None], height)
+        place = self._frame.seen_from(on_table)[0]
         size = 1.5 * self._photograph.resolution(self._frame.place(place[None]))
-        return _Corner(place, np.full(2, np.hypot(size, self._rim)), self._heights[layer])
+        return _Corner(place, np.full(2, np.hypot(size, self._rim)), height)
 
     def _total(self, corner: _Corner) -> np.ndarray:
         """Return a corner's deviations along and across the fold, with those of camera and frame, shape (2,)."""
-        pixel = self._photograph.in_pixels(self._frame.place(corner.place[None]), corner.height)
+        pixel = self._pixel(corner.place, corner.height)[None]
         camera = float(self._photograph.view.deviation(pixel, corner.height)[0]) / np.sqrt(2.0)
         x, y, yaw = self._spread
         lever = np.abs(self._axes @ np.array([-corner.place[1], corner.place[0]])) * yaw
         frame = np.hypot(max(x, y), lever)
         return np.sqrt(corner.deviation**2 + camera**2 + frame**2)
 
-    def _in_frame(self, pixels: np.ndarray, height: float) -> np.ndarray:
-        return self._frame.seen_from(self._photograph.view.camera.on_table(pixels, height))
-
-    def _pixel(self, place: np.ndarray, layer: str) -> np.ndarray:
-        return self._photograph.in_pixels(self._frame.place(place[None]), self._heights[layer])[0]
+    def _pixel(self, place: np.ndarray, height: float) -> np.ndarray:
+        return self._photograph.in_pixels(self._frame.place(place[None]), height)[0]

@@ -1,18 +1,26 @@
-"""Computes the shape of a lying garment as seen from above: its outline, and corners with names."""
+"""Computes the shape of a lying garment as seen from above, its outline and named corners, and fits it to a photograph.
+
+The parameters of the fit are x, y, yaw and the scales along and across the garment. It minimises the squared distances
+of the found points from the outline; large distances, as of a corner that is folded under, count less.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import shapely
+from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
+from tatamu.cameras.edges import curve_normals
+from tatamu.cameras.pose import Pose, wrapped
 from tatamu.garments import Garment
 
-ARM = 0.02
-"""Length of outline before a corner, and after it, over which the change of direction is measured [m]."""
+MAX_SCALE = 1.5
+"""Natural logarithm of the largest factor by which the fit may scale a garment."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +43,7 @@ class Shape:
     @cached_property
     def normals(self) -> np.ndarray:
         """Unit vectors at the outline's `points` that point out of the outline, shape (n, 2)."""
-        along = np.roll(self.points, -1, axis=0) - np.roll(self.points, 1, axis=0)
-        normals = np.column_stack([along[:, 1], -along[:, 0]])
-        return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
+        return curve_normals(self.points)
 
     @cached_property
     def tree(self) -> cKDTree:
@@ -90,6 +96,99 @@ def _is_corner(polygon: shapely.Polygon, place: np.ndarray) -> bool:
     if ring.distance(shapely.Point(place)) > 0.004:
         return False
     at, whole = ring.project(shapely.Point(place)), ring.length
-    before, here, after = (np.array(ring.interpolate(d % whole).coords[0]) for d in (at - ARM, at, at + ARM))
-    turn = np.arccos(np.clip((here - before) @ (after - here) / ARM**2, -1.0, 1.0))
+    arm = 0.02  # length of outline before and after a corner over which it changes its direction [m]
+    before, here, after = (np.array(ring.interpolate(d % whole).coords[0]) for d in (at - arm, at, at + arm))
+    turn = np.arccos(np.clip((here - before) @ (after - here) / arm**2, -1.0, 1.0))
     return bool(turn > np.radians(35.0))
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The pose and the size of a garment, fitted to an outline."""
+
+    shape: Shape
+    parameters: np.ndarray
+    """x, y [m], yaw [rad] and the logarithms of the scales along and across the garment, shape (5,)."""
+    off: np.ndarray
+    """Signed distance of each point from the fitted outline [m], shape (n,); positive outside."""
+    covariance: np.ndarray
+    """Covariance of the parameters that results from errors of the outline in the photograph, shape (5, 5)."""
+
+    @property
+    def pose(self) -> Pose:
+        """Fitted pose of the garment's frame on the table."""
+        x, y, yaw = self.parameters[:3].tolist()
+        return Pose(x, y, wrapped(yaw))
+
+    @property
+    def scale(self) -> np.ndarray:
+        """Factors by which the fit scales the garment: along the garment (x) and across it (y), shape (2,)."""
+        return np.exp(self.parameters[3:])
+
+    def place(self, points: np.ndarray) -> np.ndarray:
+        """Convert points of the garment's frame to positions on the table, shape (n, 2) each."""
+        return self.pose.place(points * self.scale)
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the distances `off` from the fitted outline, without the largest tenth of them [m]."""
+        best = np.sort(np.abs(self.off))[: max(1, int(0.9 * len(self.off)))]
+        return float(np.sqrt(np.mean(best**2)))
+
+
+def lay(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], outward: Pose | None = None) -> Fit:
+    """Fit the outline of a garment to n found points, shape (n, 2), and to corners given by name [m], shape (2,).
+
+    A rectangle fits in several poses, of which the one with the smallest absolute yaw is chosen, measured in the
+    robot's frame if `outward` is given: the pose of the frame of `found` in the robot's frame.
+    """
+    box = np.array(shapely.Polygon(found).minimum_rotated_rectangle.exterior.coords)
+    first, second = box[1] - box[0], box[2] - box[1]
+    turn = float(np.arctan2(first[1], first[0]))
+    middle = box[:4].mean(axis=0)
+    low_x, low_y, high_x, high_y = shape.polygon.bounds
+    fits = []
+    for quarter in range(4):
+        yaw = turn + 0.5 * np.pi * quarter
+        sides = np.array([np.linalg.norm(first), np.linalg.norm(second)])
+        scale = np.clip(np.log((sides if quarter % 2 == 0 else sides[::-1]) / shape.size), -MAX_SCALE, MAX_SCALE)
+        centre = np.array([low_x + high_x, low_y + high_y]) / 2 * np.exp(scale)
+        start = middle - Pose(yaw=yaw).place(centre[None])[0]
+        fits.append(again(shape, found, given, np.array([*start, yaw, *scale])))
+    best = min(map(_score, fits))
+    base = 0.0 if outward is None else outward.yaw
+    likely = [fit for fit in fits if _score(fit) < best + 0.001]  # within a millimetre, poses are equally good
+    return min(likely, key=lambda fit: abs(wrapped(fit.pose.yaw + base)))
+
+
+def _score(fit: Fit) -> float:
+    # poses that keep the cloth's proportions are more probable
+    return fit.rms + 0.02 * abs(float(fit.parameters[3] - fit.parameters[4]))
+
+
+def again(shape: Shape, found: np.ndarray, given: Mapping[str, np.ndarray], start: np.ndarray) -> Fit:
+    """Fit the outline of a garment from the parameters `start` on."""
+    names = list(given)
+    own = np.array([shape.corners[name] for name in names]).reshape(-1, 2)
+    wanted = np.array([given[name] for name in names]).reshape(-1, 2)
+    tolerance = 0.002  # largest error that counts with its square [m]
+
+    def off(parameters: np.ndarray) -> np.ndarray:
+        scale = np.exp(parameters[3:])
+        flat = Pose(*parameters[:3].tolist()).seen_from(found) / scale
+        _, nearest = shape.tree.query(flat)
+        return np.asarray((((flat - shape.points[nearest]) * scale) * shape.normals[nearest]).sum(axis=1))
+
+    def residuals(parameters: np.ndarray) -> np.ndarray:
+        wrong = Pose(*parameters[:3].tolist()).place(own * np.exp(parameters[3:])) - wanted
+        return np.concatenate([off(parameters) / tolerance, wrong.ravel() / 0.001])  # given to a millimetre
+
+    bound = np.array([np.inf, np.inf, np.inf, MAX_SCALE + 0.1, MAX_SCALE + 0.1])
+    solved = least_squares(residuals, start, loss="soft_l1", bounds=(-bound, bound), x_scale=0.01)
+    away = off(solved.x)
+    length = float(shapely.LinearRing(found).length)
+    # errors of points within 50 mm along the outline are correlated, so they do not average out
+    few = max(1.0, len(found) * 0.05 / length)
+    scale = float(np.median(np.abs(away))) * 1.4826 / tolerance
+    covariance = np.linalg.pinv(solved.jac.T @ solved.jac, hermitian=True) * max(scale, 0.1) ** 2 * few
+    return Fit(shape, solved.x, away, covariance)

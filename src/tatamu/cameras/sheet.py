@@ -5,6 +5,7 @@ Its frame has its origin in the middle, and x along the long side to the right i
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,15 +14,12 @@ import shapely
 from tatamu.base.errors import InputError
 from tatamu.cameras.board import PAPERS
 from tatamu.cameras.camera import View, estimate
-from tatamu.cameras.edges import step_edges
+from tatamu.cameras.edges import Line, step_edges
 from tatamu.cameras.lens import Lens
-from tatamu.cameras.lines import Line
 from tatamu.cameras.opencv import opencv
 
 SEARCH_PIXELS = 1400
 """Number of pixels along the longer side to which photos are reduced for the search for a sheet of paper."""
-SIDE = 60
-"""Number of positions along each side of a sheet of paper at which the edge is located."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ SHEETS = {name: Sheet(name, (size[1], size[0])) for name, size in PAPERS.items()
 def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float | None) -> View:
     """Find the camera of a photo from a sheet of paper; raise InputError if no quadrangle can be this sheet."""
     size = (pixels.shape[1], pixels.shape[0])
-    views = []
+    good = []
     for quad in _quadrangles(pixels):
         corners = _sharp(pixels, quad)
         if corners is None:
@@ -59,16 +57,13 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
             ordered = np.roll(corners, shift, axis=0)
             along = 0.5 * (ordered[1] + ordered[2] - ordered[0] - ordered[3])
             ordered = ordered if along[0] > 0 else np.roll(ordered, 2, axis=0)
-            try:
-                views.append((ordered, estimate([(sheet.corners, ordered)], size, lens, focal)))
-            except InputError:
-                continue
-    good = [view for _, view in views if view.rms < 3.0]
+            with suppress(InputError):
+                view = estimate([(sheet.corners, ordered)], size, lens, focal)
+                good += [view] if view.rms < 3.0 else []
     if not good:
         raise InputError(
             f"sheet: a white sheet of size {sheet.name} must be seen in the photo; lay the whole sheet flat on a "
-            "darker table, apart from the "
-            "cloth"
+            "darker table, apart from the cloth"
         )
     return min(good, key=lambda view: view.penalty)
 
@@ -89,9 +84,8 @@ def _quadrangles(pixels: np.ndarray) -> list[np.ndarray]:
             if not 0.002 < share < 0.4 or len(quad) != 4 or not cv2.isContourConvex(quad) or not _is_plain(dark, quad):
                 continue
             corners = (quad.astype(float) + 0.5) * factor - 0.5
-            corners = (
-                corners[::-1] if shapely.is_ccw(shapely.LinearRing(corners)) else corners
-            )  # y points down in pixels
+            if shapely.is_ccw(shapely.LinearRing(corners)):  # y points down in pixels
+                corners = corners[::-1]
             if not any(np.abs(corners.mean(axis=0) - other.mean(axis=0)).max() < 5 * factor for other in found):
                 found.append(corners)
     return found
@@ -112,10 +106,10 @@ def _sharp(pixels: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
     reach = 3.0 + max(pixels.shape[:2]) / SEARCH_PIXELS * 2.0
     lines = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        at = np.linspace(0.08, 0.92, SIDE)[:, None]
+        at = np.linspace(0.08, 0.92, 60)[:, None]
         points = start + at * (end - start)
         across = np.array([-(end - start)[1], (end - start)[0]]) / np.linalg.norm(end - start)
-        edges = step_edges(pixels, points, np.tile(across, (SIDE, 1)), reach)
+        edges = step_edges(pixels, points, np.tile(across, (len(points), 1)), reach)
         if edges.found.mean() < 0.5:
             return None
         lines.append(Line.through(edges.points[edges.found]))

@@ -34,8 +34,7 @@ def board(
     `tatamu board --out board.pdf --paper letter --pages 2`
     """
     from tatamu.base.files import check_targets, validated
-    from tatamu.cameras.board import BAR, SQUARE, Board, write_board
-    from tatamu.cameras.printing import write_pdf
+    from tatamu.cameras.board import BAR, SQUARE, Board, write_board, write_pdf
 
     if out.suffix.lower() != ".pdf":
         raise InputError(f"--out: must be a .pdf file, given {out}")

@@ -69,7 +69,7 @@ def locate(
     from tatamu.base.files import check_targets, write_json
     from tatamu.cameras import pictures as look
     from tatamu.cameras.locate import locate as find
-    from tatamu.cameras.mounting import parse_pose, parse_touched
+    from tatamu.cameras.pose import parse_pose, parse_touched
 
     scale = scale_of(board, sheet)
     pictures = {"picture": picture, "from-above": from_above}

@@ -167,7 +167,7 @@ def _from_photo(
     from tatamu.after.feedback.photo import read_photo
     from tatamu.base.files import check_targets
     from tatamu.cameras import pictures as look
-    from tatamu.cameras.mounting import parse_pose
+    from tatamu.cameras.pose import parse_pose
     from tatamu.cli.locate import parse_corners
 
     scale = scale_of(board, sheet)

@@ -60,9 +60,9 @@ def outline(
     """
     from tatamu.base.files import check_targets, replacing, write_text
     from tatamu.cli.pixels import corners_of, drawn_over, to_metres
+    from tatamu.garments.garment import check_size
     from tatamu.garments.landmarks import tshirt_openings
     from tatamu.garments.photo import find_outline, outline_svg, straightened
-    from tatamu.garments.resolution import check_size
 
     given = [value for value in (width, ruler, sheet) if value is not None]
     if len(given) != 1:

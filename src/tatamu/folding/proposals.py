@@ -24,7 +24,7 @@ SHORT_FLAP = 2.0
 """Minimum width of a folded part, in widths of its crease; a narrower one is mostly loop."""
 AUTO_PLAN = "auto"
 SIDES = ("bottom", "top", "left", "right")
-"""Names that `tatamu.garments.outline_sides` gives to edges without a name."""
+"""Names that `tatamu.garments.outline` gives to edges without a name."""
 
 
 @dataclass(frozen=True)

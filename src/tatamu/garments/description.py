@@ -7,8 +7,8 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from tatamu.base.errors import one_line
-from tatamu.garments.frame import Axis
-from tatamu.garments.resolution import MAX_SIDE, MIN_SIDE
+from tatamu.garments.garment import MAX_SIDE, MIN_SIDE
+from tatamu.garments.units import Axis
 from tatamu.simulation.material import preset_names
 
 MAX_SCALE = 1e3

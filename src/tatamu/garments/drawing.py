@@ -1,11 +1,13 @@
-"""Drawings of garments: pieces made of curves, and their unit."""
+"""Drawings of garments: their unit, and their pieces, which are found among all curves and chosen by name."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB
@@ -15,13 +17,11 @@ MAX_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MAX_PARTS = 500_000
 """Maximum number of elements and of numbers in paths, each included part counted as its own."""
-DEEPEST = 100
-"""Maximum depth to which parts include other parts."""
 SELF_SHOWN = "outline: must not contain a part that shows itself"
 MAX_COORDINATE = 1e9
 """Largest allowed coordinate of a drawing, in the drawing's unit."""
-MAX_POINTS = 100_000
-"""Largest number of points of a curve in a drawing."""
+MAX_CURVES = 5_000
+"""Maximum number of closed curves of a drawing, and of open curves."""
 
 
 @dataclass(frozen=True)
@@ -49,13 +49,6 @@ class Piece:
     remarks: tuple[str, ...] = ()
     """Notes for the user on how the piece was interpreted."""
 
-    @property
-    def extent(self) -> tuple[float, float]:
-        """Width and height of the piece, in the drawing's unit."""
-        points = np.concatenate([curve.points for curve in self.curves])
-        width, height = np.ptp(points, axis=0)
-        return float(width), float(height)
-
 
 @dataclass(frozen=True)
 class DrawnPieces:
@@ -67,8 +60,8 @@ class DrawnPieces:
 
 def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     """Refuse a drawing with too many parts, or with parts that are too deep in one another."""
-    if depth >= DEEPEST:
-        raise InputError(f"outline: must have groups nested at most {DEEPEST} deep; flatten the groups")
+    if depth >= 100:
+        raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
     if count > most:
         raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify the drawing")
 
@@ -85,10 +78,9 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
-    if len(points) > MAX_POINTS:
-        raise InputError(
-            f"outline: must have curves of at most {MAX_POINTS} points, given {len(points)}; simplify the drawing"
-        )
+    if len(points) > 100_000:
+        given = f"given {len(points)}; simplify the drawing"
+        raise InputError(f"outline: must have curves of at most 100000 points, {given}")
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < 1e-3 * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 
@@ -96,3 +88,92 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
 def where(path: Path, text: str) -> str:
     """Return an error message about the outline in a file."""
     return f"{path}: outline: {text}"
+
+
+def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
+    """Group the curves of a drawing into pieces, from the largest to the smallest.
+
+    Every closed curve that lies in no other makes a piece, with the closed curves inside, and with the open curves that
+    are closest to it. A drawing without closed curves is one piece.
+
+    Raises:
+        InputError: If there are too many curves.
+    """
+    closed = [curve for curve in curves if curve.closed]
+    if len(closed) > MAX_CURVES:
+        raise InputError(f"outline: must have at most {MAX_CURVES} closed curves, given {len(closed)}; leave text out")
+    if len(curves) - len(closed) > MAX_CURVES:
+        raise InputError(f"outline: must have at most {MAX_CURVES} open curves, given {len(curves) - len(closed)}")
+    if not closed:
+        return (Piece("", tuple(curves)),) if curves else ()
+    loops = sorted(((_region(curve), curve) for curve in closed), key=lambda loop: -float(loop[0].area))
+    groups = _around([region for region, _ in loops])
+    members = [[loops[number][1] for number in group] for group in groups]
+    outer = shapely.STRtree([loops[group[0]][0] for group in groups])
+    for curve in curves:
+        if not curve.closed:
+            members[int(outer.query_nearest(shapely.LineString(curve.points)).min())].append(curve)
+    names = distinct([own[0].name or f"piece {number}" for number, own in enumerate(members, start=1)])
+    return tuple(Piece(name, tuple(own)) for name, own in zip(names, members, strict=True))
+
+
+def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
+    """Return the indices of each outermost region and all regions inside, of regions in falling order of size."""
+    tree = shapely.STRtree(regions)
+    groups: dict[int, list[int]] = {}
+    overlaps = 0
+    for number, own in enumerate(regions):
+        near = sorted(int(other) for other in tree.query(own) if other in groups)
+        overlaps += len(near)
+        # each pair takes time
+        if overlaps > 100_000:
+            raise InputError("outline: must have closed curves inside or beside one another, given too many that cross")
+        around = next((other for other in near if _surrounds(regions[other], own)), number)
+        groups.setdefault(around, []).append(number)
+    return list(groups.values())
+
+
+def _surrounds(outer: shapely.Geometry, region: shapely.Geometry) -> bool:
+    """Return whether most of `region` lies inside `outer`, or it is a small mark that touches `outer`."""
+    if not shapely.intersects(outer, region):
+        return False
+    return bool(region.area < 1e-3 * outer.area or outer.intersection(region).area > 0.5 * region.area)
+
+
+def _region(loop: DrawnCurve) -> shapely.Geometry:
+    """Return the region inside a closed curve, or its convex hull if the curve crosses itself."""
+    region = shapely.Polygon(loop.points)
+    if region.is_valid:
+        shapely.prepare(region)
+        return region
+    return region.convex_hull
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """Return different names, by numbering repeated ones."""
+    before = [names[:number].count(name) for number, name in enumerate(names)]
+    return [f"{name} {count + 1}" if count else name for name, count in zip(names, before, strict=True)]
+
+
+def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
+    """Return the piece with a name, in upper or lower case, or the only piece of the drawing.
+
+    Raises:
+        InputError: If the drawing has no curve, no piece has this name, or several pieces need a name.
+    """
+    if not drawing.pieces:
+        raise InputError(where(path, "has no curve"))
+    fitting = [piece for piece in drawing.pieces if name is None or piece.name.casefold() == name.casefold()]
+    if len(fitting) == 1:
+        return fitting[0]
+    known = ", ".join(_described(piece, scale) for piece in drawing.pieces)
+    if name is not None:
+        raise InputError(f"{path}: piece: must be one of {known}, given {name!r}")
+    how = f'choose one with piece = "{drawing.pieces[0].name}" under [garment] in a garment file'
+    raise InputError(where(path, f"has several pieces; {how}: {known}"))
+
+
+def _described(piece: Piece, scale: float) -> str:
+    points = np.concatenate([curve.points for curve in piece.curves])
+    width, height = np.ptp(points, axis=0).tolist()
+    return f'"{piece.name}" ({scale * width:.2f} x {scale * height:.2f} m)'

@@ -1,4 +1,7 @@
-"""Makes a garment from a mesh that is flat already, with one layer, or with a front that faces up and a back."""
+"""Makes a garment from a mesh that is flat, with one layer, or with a front that faces up and a back.
+
+A mesh that is not flat is laid flat by simulation: the garment falls on its back onto the table.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,15 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from tatamu.base.errors import InputError
+from tatamu.base.errors import InputError, SimulationError
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import border_loops, fold_edges
-from tatamu.garments.openings import divided
-from tatamu.garments.outline import Outline
-from tatamu.garments.outline_sides import named_sides
+from tatamu.garments.outline import Outline, divided, named_sides
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, edge_lengths, twice_areas
-
-UNLIKE = 0.02
-"""Largest area by which the outlines of a garment's front and back may differ, as a fraction of the garment's area."""
+from tatamu.simulation.scene import Cloth, Scene, Table
+from tatamu.simulation.simulators import simulate
 
 
 def flat_garment(name: str, plan: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
@@ -58,7 +58,7 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
         InputError: If front and back differ, or the outline cannot be meshed.
     """
     plan = garment.vertices[:, :2]
-    up = _facing(garment.vertices[:, :2], garment.faces)[1]
+    up = _facing(plan, garment.faces)[1]
     sides = {side: plan[path] for side, path in garment.edges.items()}
     holes = tuple(plan[np.append(hole, hole[0])] for hole in border_loops(garment.faces[up])[1:])
     if up.all():
@@ -70,10 +70,10 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     lines = {name: sides[name] for name in behind}
     renamed = {f"back {name}" if name in behind else name: behind.get(name, side) for name, side in sides.items()}
     outline = Outline(renamed, lines, holes)
-    if around.symmetric_difference(outline.polygon).area > UNLIKE * outline.polygon.area:
+    if around.symmetric_difference(outline.polygon).area > 0.02 * outline.polygon.area:
         raise InputError(
             "remesh: front and back must have the same outline except at their openings, but the outlines differ by "
-            f"more than {100 * UNLIKE:g} %"
+            "more than 2 %"
         )
     openings = [f"back {name}" if name in behind else name for name in garment.openings]
     made = front_and_back(garment.name, outline, openings, garment.material, spacing)
@@ -123,3 +123,65 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
 
 def _outer_loop(plan: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return max(border_loops(faces), key=lambda loop: float(shapely.Polygon(plan[loop]).area))
+
+
+def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Material) -> Garment:
+    """Simulate the fall of a garment onto the table, and return it as it then lies.
+
+    Its vertices [m], shape (n, 3), have x away from the hem and z out of the front. Their shape stays the unstrained
+    one.
+
+    Raises:
+        InputError: If the simulation of the fall fails, or the garment ends as a heap.
+    """
+    advice = (
+        "if the garment was turned wrongly, write its axis from hem to top as `up` under [garment]; otherwise give its "
+        "pattern as the UV map of an OBJ, or as an outline (SVG, DXF) with openings"
+    )
+    start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - 0.01]
+    # so much drag that the garment sinks slowly
+    falling = material.model_copy(update={"air_drag": max(2.0, material.air_drag)})
+    scene = Scene(cloth=Cloth(vertices=start, faces=faces), material=falling, table=Table(), duration=2.0)
+    try:
+        lying = simulate(scene).positions[-1]
+    except SimulationError as error:
+        raise InputError(f"mesh: cannot be laid flat by simulation ({error}); {advice}") from None
+    middle = 0.5 * (lying.min(axis=0) + lying.max(axis=0))
+    lying = lying - [middle[0], middle[1], 0.0]
+    height = float(lying[:, 2].max())
+    if height > 0.04:  # a heap
+        most = f"must lie at most 40 mm high after falling on its back, given {1e3 * height:.0f} mm"
+        raise InputError(f"mesh: {most}; {advice}")
+    note = f"laid flat by a simulated fall of 2 s on its back, after which the garment is at most {1e3 * height:.0f} mm"
+    note += " high, not quite flat; look at the picture" if height > 0.02 else " high"
+    width, length = np.ptp(lying[:, :2], axis=0)[::-1]
+    around = _silhouette(lying, faces)
+    sides = {name: around[part] for name, part in named_sides(lying[around, :2]).items()}
+    openings = {f"opening {k + 1}": np.append(loop, loop[0]) for k, loop in enumerate(border_loops(faces))}
+    return Garment(
+        name=name,
+        size=(float(width), float(length)),
+        spacing=typical_edge(points, faces),
+        vertices=lying,
+        faces=faces,
+        material=material,
+        rest=points,
+        edges={**sides, **openings},
+        openings=tuple(openings),
+        notes=(note,),
+    )
+
+
+def _silhouette(lying: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the vertices of the top layer along a garment's outline from above, counter-clockwise, shape (k,)."""
+    near = 0.35 * typical_edge(lying, faces)
+    around = shapely.union_all(shapely.polygons(lying[faces][..., :2])).buffer(0)
+    largest = max(shapely.get_parts(around), key=lambda part: float(part.area))
+    ring = shapely.Polygon(largest.exterior).normalize().exterior.reverse()  # normalised rings are clockwise
+    places = shapely.points(lying[:, :2])
+    close = np.flatnonzero(shapely.distance(places, ring) < near)
+    at = shapely.line_locate_point(ring, places[close])
+    order = np.argsort(at)
+    cell = np.floor(at[order] / (2.0 * near)).astype(int)
+    members = [close[order][cell == k] for k in np.unique(cell)]
+    return np.array([own[np.argmax(lying[own, 2])] for own in members])

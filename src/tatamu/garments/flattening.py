@@ -80,11 +80,9 @@ def side_lengths(corners: np.ndarray) -> np.ndarray:
     return np.linalg.norm(np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1), axis=2)
 
 
-def panel_numbers(faces: np.ndarray, uv: np.ndarray | None) -> np.ndarray:
-    """Return the index of each triangle's panel in the sewing pattern, shape (m,); 0 without a UV map."""
-    if uv is None:
-        return np.zeros(len(faces), dtype=np.int64)
-    keys = np.concatenate([np.repeat(faces.reshape(-1, 1), 1, axis=1), np.round(uv.reshape(-1, 2), 6)], axis=1)
+def panel_numbers(faces: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Return the index of each triangle's panel in the sewing pattern, shape (m,)."""
+    keys = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 6)])
     _, corner = np.unique(keys, axis=0, return_inverse=True)
     corner = corner.reshape(-1, 3)
     sides = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])

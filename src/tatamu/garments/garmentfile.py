@@ -10,13 +10,13 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.garments.description import MAX_SCALE, GarmentFile
 from tatamu.garments.garment import Garment
-from tatamu.garments.meshfile import FORMATS
+from tatamu.garments.meshfile import READERS as MESHES
 from tatamu.garments.pattern import READERS, from_outline
 from tatamu.garments.worn import from_mesh
 from tatamu.simulation.material import Material
 from tatamu.simulation.presets import load_preset
 
-SUFFIXES = (".toml", *READERS, *FORMATS)
+SUFFIXES = (".toml", *READERS, *MESHES)
 """File name endings of files that describe a garment."""
 FABRIC = "jersey"
 """Name of the material preset of a garment whose file names no fabric."""
@@ -47,8 +47,7 @@ def load_garment(
 
 def files_of(path: Path) -> list[Path]:
     """Return the given file and, if it is a TOML file, its outline or mesh."""
-    given, _ = _read(path)
-    source = _source(path, given)
+    source = _source(path, _read(path)[0])
     return [path] if path.suffix.lower() != ".toml" else [path, source]
 
 

@@ -15,16 +15,11 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.garments.objfile import MAX_TRIANGLES, MAX_VERTICES, TriangleMesh
 
-MAX_NODES = 10_000
-"""Largest allowed number of nodes of a file."""
 MAX_COUNT = 3 * MAX_TRIANGLES
 """Largest number of elements of an accessor, and of vertices and indices of all meshes."""
-JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Numpy types of the components of an accessor, by their number in glTF."""
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 DRACO = "KHR_draco_mesh_compression"
-COMPRESSED = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
 HARMLESS = (
     *("KHR_mesh_quantization", "KHR_materials", "KHR_texture", "KHR_lights", "KHR_animation", "KHR_xmp"),
     *("EXT_texture", "EXT_lights", "MSFT_texture", "MSFT_packing", "GOOGLE_texture"),
@@ -67,16 +62,17 @@ class _Glb:
             size, kind = (int.from_bytes(data[place + k : place + k + 4], "little") for k in (0, 4))
             chunks.setdefault(kind, data[place + 8 : place + 8 + size])
             place += 8 + size
-        self.header: dict[str, Any] = json.loads(chunks[JSON_CHUNK])
-        self.binary = chunks.get(BINARY_CHUNK, b"")
+        self.header: dict[str, Any] = json.loads(chunks[0x4E4F534A])  # "JSON"
+        self.binary = chunks.get(0x004E4942, b"")  # "BIN"
         self.read = 0
         for name in self.header.get("extensionsRequired", ()):
             if not str(name).startswith(HARMLESS):
-                how = "without compression" if name in COMPRESSED else "without this extension"
+                compressed = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
+                how = "without compression" if name in compressed else "without this extension"
                 raise InputError(f"mesh: needs {name}, which cannot be read; export the file {how}")
         self.nodes: list[dict[str, Any]] = self.header.get("nodes", [])
-        if len(self.nodes) > MAX_NODES:
-            raise InputError(f"mesh: must have at most {MAX_NODES} nodes, given {len(self.nodes)}")
+        if len(self.nodes) > 10_000:
+            raise InputError(f"mesh: must have at most 10000 nodes, given {len(self.nodes)}")
         self.placed = self._placed()
 
     def parts(self) -> Iterator[TriangleMesh]:
@@ -147,7 +143,8 @@ class _Glb:
     def values(self, number: int) -> np.ndarray:
         """Return the numbers of an accessor, shape (count, width). Normalised integers become fractions."""
         accessor = self.header["accessors"][number]
-        count, width = int(accessor["count"]), WIDTHS[accessor["type"]]
+        widths = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+        count, width = int(accessor["count"]), widths[accessor["type"]]
         kind = np.dtype(NUMBERS[accessor["componentType"]])
         self.read += count
         if not 0 <= count <= self.read <= MAX_COUNT * 2:
@@ -184,15 +181,11 @@ def _transform(node: Mapping[str, Any]) -> np.ndarray:
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
-    turn = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
     made = np.eye(4)
-    made[:3, :3] = turn * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
+    made[0, :3] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    made[1, :3] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    made[2, :3] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    made[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
     made[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return made
 

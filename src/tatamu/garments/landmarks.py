@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from tatamu.base.curves import length
 from tatamu.base.errors import InputError
 
 
@@ -40,14 +41,13 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     Raises:
         InputError: If a sleeve has no pocket under it, no neck is found, or the sleeves are very different.
     """
-    points = outline
-    low, (width, height) = points.min(axis=0), np.ptp(points, axis=0)
-    pockets = _pockets(points)
+    low, (width, height) = outline.min(axis=0), np.ptp(outline, axis=0)
+    pockets = _pockets(outline)
     deep = [pocket for pocket in pockets if pocket.depth > 0.05 * width]
     # in the left and in the right third of the picture
     sides = [[each for each in deep if abs((each.middle[0] - low[0]) / width - k) < 1.0 / 3.0] for k in (0.0, 1.0)]
     # a neckline with less depth counts as straight
-    neck = _neck(points, [pocket for pocket in pockets if pocket.depth > 0.01 * height])
+    neck = _neck(outline, [pocket for pocket in pockets if pocket.depth > 0.01 * height])
     for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
         if not found:
             raise InputError(
@@ -55,15 +55,15 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
                 "name the openings in a garment file"
             )
     under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
-    sleeves = [_sleeve_end(points, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]
-    sizes = [float(np.linalg.norm(points[a] - points[b])) for a, b in sleeves]
+    sleeves = [_sleeve_end(outline, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]
+    sizes = [float(np.linalg.norm(outline[a] - outline[b])) for a, b in sleeves]
     if max(sizes) > 2.0 * min(sizes):
         raise InputError(
             f"garment: the ends of its sleeves must be about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m"
         )
-    hem = [max(pocket.ends.tolist(), key=lambda end: float(points[end, 1])) for pocket in under]
+    hem = [max(pocket.ends.tolist(), key=lambda end: float(outline[end, 1])) for pocket in under]
     ends = {"hem": (hem[0], hem[1]), "left_sleeve": sleeves[0], "right_sleeve": sleeves[1], "neck": (neck[0], neck[1])}
-    return {name: _shorter_way(points, *pair) for name, pair in ends.items()}
+    return {name: _shorter_way(outline, *pair) for name, pair in ends.items()}
 
 
 def _neck(points: np.ndarray, pockets: list[_Pocket]) -> tuple[int, ...]:
@@ -133,6 +133,6 @@ def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]
 def _shorter_way(points: np.ndarray, start: int, end: int) -> np.ndarray:
     """Return the indices from `start` to `end` along the shorter way around a closed curve."""
     count = len(points)
-    ways = [np.arange(start, end + 1 + (count if end < start else 0)) % count]
-    ways.append((np.arange(end, start + 1 + (count if start < end else 0)) % count)[::-1])
-    return min(ways, key=lambda way: float(np.linalg.norm(np.diff(points[way], axis=0), axis=1).sum()))
+    ahead = np.arange(start, end + 1 + (count if end < start else 0)) % count
+    back = np.arange(start, end - 1 - (count if end > start else 0), -1) % count
+    return min(ahead, back, key=lambda way: length(points[way]))

@@ -13,9 +13,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import foreign, read_bytes
+from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.garments.glbfile import parse_glb
-from tatamu.garments.objfile import MAX_MESH, MAX_TRIANGLES, TriangleMesh, parse_obj
+from tatamu.garments.objfile import MAX_TRIANGLES, TriangleMesh, parse_obj
 from tatamu.garments.plyfile import parse_ply
 from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
 
@@ -32,7 +32,7 @@ def read_mesh(path: Path) -> TriangleMesh:
     kind = path.suffix.lower()
     if kind not in READERS:
         raise InputError(f"{path}: mesh: must be one of {', '.join(READERS)}")
-    data = read_bytes(path, MAX_MESH)
+    data = read_bytes(path, 64 * MIB)
     with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
         mesh = READERS[kind](data)
     if not len(mesh.faces):
@@ -50,21 +50,14 @@ def read_mesh(path: Path) -> TriangleMesh:
 def _parse_stl(data: bytes) -> TriangleMesh:
     import trimesh
 
-    loaded: Any = trimesh.load(io.BytesIO(_plain(data)), file_type="stl", force="mesh", process=False)
+    if len(data) != 84 + 50 * int.from_bytes(data[80:84], "little"):  # text, in which names may be in any encoding
+        data = bytes(byte if byte < 128 else ord("?") for byte in data)
+    loaded: Any = trimesh.load(io.BytesIO(data), file_type="stl", force="mesh", process=False)
     return TriangleMesh(np.array(loaded.vertices, dtype=float), np.array(loaded.faces, dtype=np.int64))
-
-
-def _plain(data: bytes) -> bytes:
-    """Return the bytes of an STL file; if it is text, with question marks for what is not ASCII."""
-    count = int.from_bytes(data[80:84], "little")
-    if len(data) == 84 + 50 * count:
-        return data
-    return bytes(byte if byte < 128 else ord("?") for byte in data)
 
 
 READERS = {".obj": parse_obj, ".ply": parse_ply, ".stl": _parse_stl, ".glb": parse_glb}
 """Function that reads the bytes of each mesh format, by the file name's ending."""
-FORMATS = tuple(READERS)
 
 
 def welded(mesh: TriangleMesh) -> TriangleMesh:
@@ -93,33 +86,25 @@ def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     topology, found = Topology(faces), []
     flat = areas(vertices, faces) < 1e-3 * longest_sides(vertices, faces) ** 2
     if flat.any():
-        found.append(f"{flat.sum()} triangles without area, the first is {_first(flat)}")
+        found.append(f"{flat.sum()} triangles without area, the first is {flat.argmax()}")
     double = len(vertices) - len(np.unique(_places(vertices)))
     if double:
         found.append(f"{double} vertices at the places of other vertices (weld = true joins such vertices)")
     crowded = topology.faces_per_edge > 2
     if crowded.any():
-        where = vertices[topology.edges[_first(crowded)]].mean(axis=0)
-        found.append(f"{crowded.sum()} edges with more than two triangles, the first at {_place(where)}")
-    turned = _turned(topology)
+        x, y, z = vertices[topology.edges[crowded.argmax()]].mean(axis=0)
+        place = f"({x:.3f}, {y:.3f}, {z:.3f}) m"
+        found.append(f"{crowded.sum()} edges with more than two triangles, the first at {place}")
+    # the two triangles of an inner edge pass it in opposite directions
+    turned = int((np.unique(_sides(faces), axis=0, return_counts=True)[1] == 2).sum())
     if turned:
         found.append(f"{turned} edges whose two triangles face opposite ways: the orientation is not consistent")
     return found
 
 
-def _first(where: np.ndarray) -> int:
-    return int(np.argmax(where))
-
-
-def _place(point: np.ndarray) -> str:
-    return "({:.3f}, {:.3f}, {:.3f}) m".format(*point)
-
-
-def _turned(topology: Topology) -> int:
-    """Return the number of inner edges whose triangles have opposite orientations."""
-    sides = np.concatenate([topology.faces[:, [0, 1]], topology.faces[:, [1, 2]], topology.faces[:, [2, 0]]])
-    _, passes = np.unique(sides, axis=0, return_counts=True)
-    return int((passes == 2).sum())
+def _sides(faces: np.ndarray) -> np.ndarray:
+    """Return the sides of all triangles in their directions, shape (3 m, 2)."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
 
 def pieces(faces: np.ndarray) -> np.ndarray:
@@ -146,10 +131,10 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
     Raises:
         InputError: If a vertex has more than two border edges.
     """
-    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    sides = _sides(faces).tolist()
     following: dict[int, int] = {}
-    inner = {(b, a) for a, b in sides.tolist()}
-    for a, b in sides.tolist():
+    inner = {(b, a) for a, b in sides}
+    for a, b in sides:
         if (a, b) in inner:
             continue
         if a in following:

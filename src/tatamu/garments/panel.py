@@ -15,8 +15,8 @@ import shapely
 from scipy import sparse
 
 from tatamu.base.errors import InputError
+from tatamu.garments.garment import MAX_VERTICES
 from tatamu.garments.outline import Outline, resampled
-from tatamu.garments.resolution import MAX_VERTICES
 from tatamu.simulation.mesh.meshing import ROW, SLIVER, delaunay
 from tatamu.simulation.mesh.topology import Topology, edge_lengths, twice_areas
 
@@ -42,16 +42,17 @@ def panel(outline: Outline, spacing: float) -> Panel:
     Raises:
         InputError: If two parts of the outline are too close to each other for this spacing.
     """
-    curves = _sampled(outline, spacing)
+    curves = {**outline.sides, **outline.lines, **{f"hole {k + 1}": hole for k, hole in enumerate(outline.holes)}}
+    curves = {name: resampled(curve, spacing) for name, curve in curves.items()}
     _check_possible(curves, spacing)
     for _ in range(4):
         made = [_filled(outline, curves, spacing, dropped) for dropped in (0.56, 0.62, 0.68, 0.74)]
         best = max(made, key=lambda mesh: _quality(mesh, spacing))
-        missing = _missing(best) or _shorter(best, 0.15 * spacing)
-        if not missing:
+        faulty = _faulty(best, 0.15 * spacing)
+        if not faulty:
             return best
-        curves = {name: _split(curve, best.paths[name], missing) for name, curve in curves.items()}
-    raise _too_near(best.points[list(missing[0])].mean(axis=0), spacing)
+        curves = {name: _split(curve, best.paths[name], faulty) for name, curve in curves.items()}
+    raise _too_near(best.points[list(faulty[0])].mean(axis=0), spacing)
 
 
 def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
@@ -88,11 +89,6 @@ def angles(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
         lengths = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
         out[:, k] = np.arccos(np.clip((a * b).sum(axis=1) / lengths, -1.0, 1.0))
     return out
-
-
-def _sampled(outline: Outline, spacing: float) -> dict[str, np.ndarray]:
-    curves = {**outline.sides, **outline.lines, **{f"hole {k + 1}": hole for k, hole in enumerate(outline.holes)}}
-    return {name: resampled(curve, spacing) for name, curve in curves.items()}
 
 
 def _filled(outline: Outline, curves: dict[str, np.ndarray], spacing: float, dropped: float) -> Panel:
@@ -140,11 +136,7 @@ def _triangles(points: np.ndarray, region: shapely.Polygon) -> np.ndarray:
 
 
 def _relaxed(
-    fixed: np.ndarray,
-    inner: np.ndarray,
-    region: shapely.Polygon,
-    border: shapely.MultiLineString,
-    spacing: float,
+    fixed: np.ndarray, inner: np.ndarray, region: shapely.Polygon, border: shapely.MultiLineString, spacing: float
 ) -> np.ndarray:
     """Return all points; inner ones next to the border are moved to the middle of their neighbours."""
     points = np.concatenate([fixed, inner])
@@ -162,22 +154,17 @@ def _relaxed(
     return points
 
 
-def _missing(mesh: Panel) -> list[tuple[int, int]]:
-    """Return the edges of the outline that the mesh lacks."""
-    edges = {tuple(edge) for edge in Topology(mesh.faces).edges.tolist()}
-    wanted = {tuple(sorted(pair)) for path in mesh.paths.values() for pair in pairwise(path.tolist())}
-    return sorted(wanted - edges)
-
-
-def _shorter(mesh: Panel, least: float) -> list[tuple[int, int]]:
-    """Return the edges shorter than `least`, which would need short time steps."""
+def _faulty(mesh: Panel, least: float) -> list[tuple[int, ...]]:
+    """Return the edges of the outline that the mesh lacks, or else those so short that they need short time steps."""
     edges = Topology(mesh.faces).edges
-    return [(int(a), int(b)) for a, b in edges[edge_lengths(mesh.points, edges) < least]]
+    wanted = {tuple(sorted(pair)) for path in mesh.paths.values() for pair in pairwise(path.tolist())}
+    short = edges[edge_lengths(mesh.points, edges) < least]
+    return sorted(wanted - {tuple(edge) for edge in edges.tolist()}) or [tuple(edge) for edge in short.tolist()]
 
 
-def _split(curve: np.ndarray, path: np.ndarray, missing: list[tuple[int, int]]) -> np.ndarray:
-    """Return a curve with an additional point in the middle of each edge that a mesh lacks."""
-    here = [k + 1 for k in range(len(path) - 1) if tuple(sorted(path[k : k + 2].tolist())) in missing]
+def _split(curve: np.ndarray, path: np.ndarray, faulty: list[tuple[int, ...]]) -> np.ndarray:
+    """Return a curve with an additional point in the middle of each faulty edge."""
+    here = [k + 1 for k in range(len(path) - 1) if tuple(sorted(path[k : k + 2].tolist())) in faulty]
     return np.insert(curve, here, [0.5 * (curve[k - 1] + curve[k]) for k in here], axis=0) if here else curve
 
 
@@ -203,5 +190,5 @@ def without_chords(mesh: Panel, sewn: np.ndarray) -> Panel:
 
 def _chords(faces: np.ndarray, sewn: np.ndarray) -> np.ndarray:
     """Return the inner edges a-b between two sewn vertices, with c to their left and d to their right, shape (k, 4)."""
-    a, b, c, d = Topology(faces).hinges.T
-    return np.column_stack([a, b, c, d])[np.isin(a, sewn) & np.isin(b, sewn)]
+    hinges = Topology(faces).hinges
+    return hinges[np.isin(hinges[:, :2], sewn).all(axis=1)]

@@ -1,30 +1,36 @@
-"""Makes a garment from an outline, which is a drawing or a piece of a sewing pattern."""
+"""Makes a garment from a drawing or a piece of a sewing pattern.
+
+The outline is the largest closed curve. Closed curves inside are holes, and open curves along it name its parts.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import shapely
+from shapely.validation import explain_validity
 
 from tatamu.base.errors import InputError
-from tatamu.garments.cut import cut
 from tatamu.garments.description import GarmentFile
+from tatamu.garments.drawing import Piece, chosen, where
 from tatamu.garments.dxf import read_dxf
-from tatamu.garments.frame import direction, plane_turn
 from tatamu.garments.garment import Garment
-from tatamu.garments.outline import counted
-from tatamu.garments.pieces import chosen
+from tatamu.garments.outline import Outline, counted, lies_along, named_sides, with_ends
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.svg import read_svg
-from tatamu.garments.units import check_size_of_file, doubts
+from tatamu.garments.units import check_size_of_file, direction, doubts, plane_turn
 from tatamu.simulation.material import Material
 
 READERS = {".svg": read_svg, ".dxf": read_dxf}
 """Function that reads each drawing format, by the file name's ending."""
-ONE_LAYER = "one layer, as no opening is named: give openings under [garment] for a front and a back, or layers = 1"
-"""Note to the user on a closed outline for which no openings were given."""
+SMOOTH = 2e-4
+"""Maximum change of an outline by leaving out points [m]."""
+MAX_CORNERS = 2_000
+"""Maximum number of corners of a curve, because libraries recurse once for each corner, or try all pairs."""
+Openings = Mapping[str, list[tuple[float, float]]] | Sequence[str]
 
 
 def from_outline(given: GarmentFile, source: Path, material: Material) -> Garment:
@@ -52,19 +58,15 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
         garment = front_and_back(given.name, outline, made.openings, material, given.spacing)
     else:
         garment = one_layer(given.name, outline, material, given.spacing)
-        notes += [ONE_LAYER] if given.layers is None else []
+        hint = "give openings under [garment] for a front and a back, or layers = 1"
+        notes += [f"one layer, as no opening is named: {hint}"] if given.layers is None else []
     if piece.grain is not None and not given.grain:  # the piece is not turned, but the warp follows the grain line
         garment = replace(garment, fibre=np.array([[*(turn @ piece.grain), 0.0]]))
-    notes += _hole_note(garment)
-    return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
-
-
-def _hole_note(garment: Garment) -> list[str]:
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
-    if not paths:
-        return []
-    holes = [shapely.Polygon(garment.unstrained[path, :2]) for path in paths]
-    return [f"{counted(holes, 'hole')}, where closed curves lie inside the outline (holes = false leaves them out)"]
+    if paths:
+        holes = counted([shapely.Polygon(garment.unstrained[path, :2]) for path in paths], "hole")
+        notes.append(f"{holes}, where closed curves lie inside the outline (holes = false leaves them out)")
+    return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
 
 
 def _turn_note(turn: np.ndarray, up: str) -> list[str]:
@@ -73,3 +75,145 @@ def _turn_note(turn: np.ndarray, up: str) -> list[str]:
     if abs(degrees) < 0.1:
         return []
     return [f"turned by {degrees:g} degrees so that its grain line points away from the hem (grain = false leaves it)"]
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Outline and openings of a garment that was cut out of a drawing."""
+
+    outline: Outline
+    """The outline in the garment's frame [m]."""
+    openings: tuple[str, ...]
+    """Names of the open sides of the outline."""
+    notes: tuple[str, ...]
+    """Notes for the user on how the drawing was understood."""
+
+
+def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path, holes: bool | None = None) -> Cut:
+    """Return the outline of a garment from a piece of a drawing.
+
+    Args:
+        piece: Piece of the drawing.
+        matrix: Matrix from the drawing's coordinates to metres in the garment's frame, shape (2, 2).
+        openings: Names of open curves or of sides, or curves in the drawing's coordinates by name. By default, every
+            named open curve along the outline is an opening.
+        path: Path of the file, for messages.
+        holes: Whether closed curves inside are holes. By default, a curve that follows the outline is none.
+
+    Raises:
+        InputError: If the piece has no closed curve, the outline crosses itself, or an opening does not exist.
+    """
+    loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
+    if not loops:
+        raise InputError(where(path, f"must be a closed curve, given {len(piece.curves)} open ones"))
+    region, inside = _region([loop.points @ matrix.T for loop in loops], holes, path)
+    if piece.fold is not None:
+        region = _unfolded(region, piece.fold @ matrix.T, path)
+    ring = shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize()
+    points = np.array(ring.coords[:-1])
+    points = points if shapely.is_ccw(ring) else points[::-1]
+    drawn = _distinct([(c.name, c.points @ matrix.T) for c in piece.curves if not c.closed and c.name])
+    meant = set(drawn) & set(openings or ())
+    named = {name: curve for name, curve in drawn.items() if name in meant or lies_along(points, curve)}
+    stray = [name for name in drawn if name not in named]
+    if isinstance(openings, Mapping):
+        named |= {name: np.asarray(curve, dtype=float) @ matrix.T for name, curve in openings.items()}
+    points = with_ends(points, named)
+    sides = {name: points[side] for name, side in named_sides(points, named).items()}
+    cut_out = tuple(np.array(hole.coords) for hole in region.interiors)
+    open_sides = tuple(named) if openings is None else tuple(openings)
+    for name in open_sides:
+        if name not in sides:
+            raise InputError(f"{path}: openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")
+    notes = [*piece.remarks, *inside]
+    notes += ["unfolded along its mirror line (layer 6)"] if piece.fold is not None else []
+    if openings is None:
+        notes += [f"{name}: does not lie along the outline, so is not an opening" for name in stray[:5]]
+        notes += [f"{len(stray) - 5} more named curves do not lie along the outline"] if len(stray) > 5 else []
+    return Cut(Outline(sides, holes=cut_out), open_sides, tuple(notes))
+
+
+def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
+    """Return the cloth within the first closed curve, and notes on how the others were interpreted.
+
+    A pattern may have two lines around a piece: the cut line and, inside, the sew line. No drawing states whether an
+    inner curve is a hole or a sew line, but only a sew line follows the outline.
+    """
+    outer, *others = (_within(ring, path) for ring in rings)
+    inner = np.array(others, dtype=object)
+    bounds = shapely.bounds(inner)
+    small = (bounds[:, 2:] - bounds[:, :2]).max(axis=1) < 0.05 * max(np.ptp(rings[0], axis=0))
+    marks = inner[small & ~shapely.covers(outer, inner)]
+    inner = inner[~small | shapely.covers(outer, inner)]
+    notes = [f"left out: {counted(marks, 'closed curve')} across the outline"] if len(marks) else []
+    if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
+        raise InputError(where(path, "must occur once in the drawing, given two copies"))
+    if not shapely.covers(outer, inner).all():
+        raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
+    if holes is None and len(inner) and _follows(inner[0], outer):
+        apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
+        notes.append(
+            f"the drawing has two outlines at most {apart:.0f} mm apart; the inner one is taken for a seam, and the "
+            "garment is cut along it (holes = true makes it a hole)"
+        )
+        outer, inner = inner[0], inner[1:]
+        is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
+        if not is_hole.all():
+            notes.append(f"left out: {counted(inner[~is_hole], 'closed curve')} along or across the inner line")
+        inner = inner[is_hole]
+    if holes is False and len(inner):
+        notes.append(f"left out: {counted(inner, 'closed curve')} inside the outline (holes = false)")
+        inner = inner[:0]
+    region = outer.difference(shapely.union_all(inner)) if len(inner) else outer
+    if not isinstance(region, shapely.Polygon):
+        raise InputError(
+            where(path, "must be one closed curve with holes inside, given curves that cut the outline apart")
+        )
+    return region, tuple(notes)
+
+
+def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
+    """Return whether the inner curve runs along the whole outer curve, at most a seam allowance's width inside it."""
+    # metres, and a fraction of the piece's size
+    allowance = min(0.06, 0.15 * float(np.sqrt(outer.area)))
+    return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
+
+
+def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
+    """Return a whole piece: its drawn half, joined with the mirror image."""
+    start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
+
+    def image(points: np.ndarray) -> np.ndarray:
+        away = points - start
+        return start + 2.0 * np.outer(away @ along, along) - away
+
+    halves = [half, shapely.transform(half, image)]
+    wider = shapely.union_all([part.buffer(SMOOTH, join_style="mitre") for part in halves])
+    both = wider.buffer(-SMOOTH, join_style="mitre")
+    if not isinstance(both, shapely.Polygon) or both.area < 1.5 * half.area:
+        raise InputError(where(path, "its mirror line (layer 6) must be a side of the piece"))
+    return both
+
+
+def _within(points: np.ndarray, path: Path) -> shapely.Polygon:
+    """Return the region inside a closed curve, which is simplified if it has more than `MAX_CORNERS` points."""
+    if len(points) > MAX_CORNERS:
+        around = np.vstack([points, points[:1]])
+        parts = [around[start : start + MAX_CORNERS + 1] for start in range(0, len(points), MAX_CORNERS)]
+        lines = shapely.simplify([shapely.LineString(part) for part in parts], SMOOTH)
+        points = np.concatenate([shapely.get_coordinates(line)[:-1] for line in lines])
+    if len(points) > MAX_CORNERS:
+        raise InputError(where(path, f"must have curves of at most {MAX_CORNERS} corners, given {len(points)}"))
+    region = shapely.Polygon(points)
+    if not region.is_valid or not region.area > 0.0:
+        raise InputError(where(path, f"must not cross or touch itself ({explain_validity(region)}, in metres)"))
+    return region
+
+
+def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return curves by their names. Repeated names are numbered, such as those of all curves in one DXF layer."""
+    found: dict[str, np.ndarray] = {}
+    for name, points in named:
+        number = sum(other == name or other.startswith(f"{name} ") for other in found)
+        found[f"{name} {number + 1}" if name in found else name] = points
+    return found

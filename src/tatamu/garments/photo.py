@@ -1,7 +1,9 @@
 """Finds the outline of a garment in a photo.
 
 An alpha channel is an exact mask, as written by programs that cut a garment out of its background. In other photos, the
-garment is found by its difference in colour from the table.
+garment is found by its difference in colour from a plain table. The colour of the table is a smooth function of the
+position, fitted to a frame along the border, so uneven light does no harm. Pixels that differ by more than Otsu's
+threshold form regions, of which the largest is the garment.
 """
 
 from __future__ import annotations
@@ -13,10 +15,137 @@ from pathlib import Path
 
 import numpy as np
 import shapely
+from scipy.ndimage import binary_closing, binary_erosion, binary_fill_holes, binary_opening, gaussian_filter
+from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
-from tatamu.garments.foreground import MIN_AREA, stand_out
 from tatamu.garments.picture import read_picture
+
+FAINTEST = 6.0
+"""Minimum difference in colour between garment and table [CIELAB units]."""
+MIN_AREA = 0.02
+"""Minimum fraction of the photo that a garment covers."""
+
+
+def stand_out(
+    image: np.ndarray, path: Path, join: bool, apart: np.ndarray, ignored: np.ndarray | None = None
+) -> tuple[np.ndarray, tuple[float, ...]]:
+    """Find the largest region of a photo whose colour differs from the table's colour.
+
+    Args:
+        image: Red, green and blue from 0 to 1, shape (h, w, 3).
+        path: Path of the file, for messages.
+        join: Whether all regions that differ from the table belong to the garment.
+        apart: Points on things that do not belong to the garment, such as paper [pixels], shape (k, 2).
+        ignored: Mask of pixels to ignore, shape (h, w).
+
+    Returns:
+        How much of each pixel the region covers, from 0 to 1, shape (h, w), with holes filled and a smooth border; and
+        the areas of further regions that were left out, relative to the garment's, in falling order.
+
+    Raises:
+        InputError: If no region differs enough from the table, or the garment touches the border of the photo.
+    """
+    from skimage.filters import threshold_otsu
+    from skimage.measure import label
+
+    usable = np.ones(image.shape[:2], dtype=bool) if ignored is None else ~ignored
+    away = _difference(image, usable)
+    threshold = max(float(threshold_otsu(away[usable])), 0.5 * FAINTEST)
+    spot = np.hypot(*np.mgrid[-2:3, -2:3]) <= 2.3
+    mask = binary_opening(binary_closing((away > threshold) & usable, spot), spot)
+    regions = label(mask)
+    sizes = np.bincount(regions.ravel())[1:]
+    if not len(sizes) or not MIN_AREA < sizes.max() / mask.size < 0.9 or np.median(away[mask]) < FAINTEST:
+        raise InputError(
+            f"{path}: photo: no garment stands out from a plain table; give more contrast or crop the photo"
+        )
+    order = 1 + np.argsort(-sizes, kind="stable")
+    # smaller regions are ignored
+    filled = [np.asarray(binary_fill_holes(regions == k)) for k in order if sizes[k - 1] >= 0.05 * sizes.max()]
+    largest, *others = filled
+    others = [other for other in others if not (other & largest).any() and not _holds(other, apart)]
+    beside = sum(float(other.sum() / largest.sum()) for other in others)
+    if join:
+        largest, others = _joined([largest, *others]), []
+    elif beside > 0.4:
+        helps = not _touches_border(_joined([largest, *others]))
+        remedy = "give --join if all regions are one garment, such as a striped shirt, or " if helps else ""
+        raise InputError(
+            f"{path}: photo: {len(others) + 1} regions stand out, of which the largest covers {100 / (1 + beside):.0f} "
+            f"%; {remedy}crop the photo to one region"
+        )
+    if _touches_border(largest):
+        raise InputError(
+            f"{path}: photo: must show table all around the garment, given a garment that touches the border"
+        )
+    share = np.asarray(gaussian_filter(largest.astype(float), 1.0))
+    return share, tuple(float(other.sum() / largest.sum()) for other in others)
+
+
+def _touches_border(region: np.ndarray) -> bool:
+    return bool(region.sum() > region[4:-4, 4:-4].sum())  # within 4 pixels
+
+
+def _holds(region: np.ndarray, places: np.ndarray) -> bool:
+    """Return whether a region contains at least one of the positions [pixels]."""
+    x, y = np.round(places).astype(int).reshape(-1, 2).T
+    inside = (x >= 0) & (y >= 0) & (x < region.shape[1]) & (y < region.shape[0])
+    return bool(region[y[inside], x[inside]].any())
+
+
+def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
+    """Return each pixel's difference in colour from the table [CIELAB units], shape (h, w)."""
+    from skimage.color import rgb2lab
+
+    # lightness counts less, because shadows change it, but not colour
+    lab = gaussian_filter(rgb2lab(image), (1.2, 1.2, 0)) * [0.6, 1.0, 1.0]
+    height, width = lab.shape[:2]
+    y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+    frame = (np.abs(x) > 1 - 2 * 0.04) | (np.abs(y) > 1 - 2 * 0.04)  # of 4 %, which shows only the table
+    known = terms[frame & usable]
+    wanted = lab[frame & usable]
+    weight = np.ones(len(known))
+    for _ in range(5):  # reweighted, so that a ruler or a shadow on the frame counts little
+        root = np.sqrt(weight)[:, None]
+        fit = np.linalg.lstsq(known * root, wanted * root, rcond=None)[0]
+        off = np.linalg.norm(wanted - known @ fit, axis=1)
+        weight = 1.0 / (1.0 + (off / (2.0 * np.median(off) + 1e-6)) ** 2)
+    return np.asarray(np.linalg.norm(lab - terms @ fit, axis=-1))
+
+
+def _joined(regions: list[np.ndarray]) -> np.ndarray:
+    """Return one region with several regions, and the convex hull of the border points that face each other."""
+    whole = regions[0]
+    rest = list(regions[1:])
+    while rest:
+        gaps = [_facing(whole, other) for other in rest]
+        nearest = int(np.argmin([gap for gap, _ in gaps]))
+        whole = whole | rest.pop(nearest) | _drawn(gaps[nearest][1], whole.shape)
+    return np.asarray(binary_fill_holes(whole))
+
+
+def _facing(one: np.ndarray, other: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the distance between two regions, and their border points that face each other, shape (k, 2) [pixels]."""
+    borders = [_border(one), _border(other)]
+    distances = [cKDTree(borders[1 - k]).query(borders[k])[0] for k in (0, 1)]
+    gap = float(distances[0].min())
+    near = max(1.1 * gap, gap + 3.0)
+    return gap, np.concatenate([border[away <= near] for border, away in zip(borders, distances, strict=True)])
+
+
+def _border(region: np.ndarray) -> np.ndarray:
+    """Return a region's border pixels as x and y, shape (k, 2)."""
+    return np.argwhere(region & ~binary_erosion(region))[:, ::-1]
+
+
+def _drawn(points: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the pixels in the convex hull of points, shape (h, w)."""
+    from skimage.draw import polygon2mask
+
+    hull = shapely.MultiPoint(points).convex_hull.buffer(0.5)
+    return np.asarray(polygon2mask(shape, np.array(hull.exterior.coords)[:, ::-1]))
 
 
 @dataclass(frozen=True)
@@ -48,26 +177,21 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
     pixels = picture.pixels
     reduced = reduction(pixels)
     if picture.alpha is not None:
-        share, notes = _kept(blocks(picture.alpha[..., None], reduced)[..., 0], path)
+        share = _kept(blocks(picture.alpha[..., None], reduced)[..., 0], path)
+        notes: tuple[str, ...] = ("outlined by the picture's alpha channel, which cuts the garment out",)
     else:
         places = np.empty((0, 2)) if apart is None else apart / reduced
-        found = stand_out(blocks(pixels, reduced), path, join, places)
-        share = softened(found.mask)
-        notes = _others_note(found.others)
-    outline = (contour(share) + 0.5) * reduced - 0.5
+        share, others = stand_out(blocks(pixels, reduced), path, join, places)
+        notes = ()
+        if others:
+            shares = ", ".join(f"{100 * other:.0f} %" for other in others[:5])
+            what = "1 other region stands" if len(others) == 1 else f"{len(others)} other regions stand"
+            hint = "give --join if all regions are one garment of several colours"
+            notes = (f"{what} out ({shares} of the garment's area); {hint}",)
+    outline = contour(share, reduced)
     extent = float(np.ptp(outline, axis=0).max())
     simple = shapely.Polygon(outline).simplify(0.004 * extent).exterior.coords[:-1]
     return Photo(pixels, np.array(simple), notes)
-
-
-def _others_note(others: tuple[float, ...]) -> tuple[str, ...]:
-    if not others:
-        return ()
-    shares = ", ".join(f"{100 * share:.0f} %" for share in others[:5])
-    what = "1 other region stands" if len(others) == 1 else f"{len(others)} other regions stand"
-    return (
-        f"{what} out ({shares} of the garment's area); give --join if all regions are one garment of several colours",
-    )
 
 
 def reduction(pixels: np.ndarray) -> int:
@@ -75,9 +199,8 @@ def reduction(pixels: np.ndarray) -> int:
     return max(1, int(np.ceil(max(pixels.shape[:2]) / 1400)))
 
 
-def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return how much of each pixel the largest region of an alpha channel covers, with holes filled, and notes."""
-    from scipy.ndimage import binary_fill_holes
+def _kept(share: np.ndarray, path: Path) -> np.ndarray:
+    """Return how much of each pixel the largest region of an alpha channel covers, with holes filled."""
     from skimage.measure import label
 
     regions = label(share > 0.5)
@@ -86,9 +209,7 @@ def _kept(share: np.ndarray, path: Path) -> tuple[np.ndarray, tuple[str, ...]]:
         raise InputError(f"{path}: photo: its alpha channel must show a garment, given an almost empty channel")
     garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
     beside = np.asarray((regions > 0) & ~garment)
-    return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share)), (
-        "outlined by the picture's alpha channel, which cuts the garment out",
-    )
+    return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share))
 
 
 def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
@@ -98,19 +219,16 @@ def blocks(pixels: np.ndarray, size: int) -> np.ndarray:
     return blocks.mean(axis=(1, 3)) / 255.0
 
 
-def softened(mask: np.ndarray) -> np.ndarray:
-    """Return a mask whose border is smoothed to values between 0 and 1, shape (h, w)."""
-    from scipy.ndimage import gaussian_filter
+def contour(share: np.ndarray, reduced: int) -> np.ndarray:
+    """Return the border of a mask's region to a fraction of a pixel, as x and y [pixels], shape (k, 2).
 
-    return np.asarray(gaussian_filter(mask.astype(float), 1.0))
-
-
-def contour(share: np.ndarray) -> np.ndarray:
-    """Return the border of a mask's region to a fraction of a pixel, as x and y [pixels], shape (k, 2)."""
+    `reduced` is the width of the blocks of the photo's pixels that the mask's pixels are.
+    """
     from skimage.measure import find_contours
 
     longest = max(find_contours(np.pad(share, 1), 0.5), key=len)
-    return np.asarray(longest[:-1, ::-1]) - 1.0
+    # without the padding, and from corners of pixels to their middles
+    return (np.asarray(longest[:-1, ::-1]) - 1.0 + 0.5) * reduced - 0.5
 
 
 def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:

@@ -13,10 +13,6 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, foreign, read_bytes
 
-MAX_PIXELS = 100_000_000
-ORIENTATION, BITS, WIDTH, HEIGHT = 274, 258, 256, 257
-"""Numbers of tags in EXIF and TIFF."""
-
 
 @dataclass(frozen=True)
 class Picture:
@@ -51,23 +47,36 @@ def read_picture(path: Path) -> Picture:
     Raises:
         InputError: If the file cannot be read, is not a picture, or is too large.
     """
+    from PIL import ExifTags
+
     data = read_bytes(path, 256 * MIB)
     with foreign(path, "a picture that can be read here"):
         file = _opened(data, path)
-        size = file.size if file is not None else _tiff_size(data)
-        if size[0] * size[1] > MAX_PIXELS:
-            given = f"{size[0]} x {size[1]}"
-            raise InputError(f"{path}: photo: must have at most {MAX_PIXELS // 10**6} million pixels, given {given}")
+        size: tuple[int, int] = file.size if file is not None else _tiff_size(data)
+        if size[0] * size[1] > 100_000_000:
+            raise InputError(f"{path}: photo: must have at most 100 million pixels, given {size[0]} x {size[1]}")
         if file is None:
             return _picture(*_parts(_decoded(data)), None, 1)
         with file:
-            deep = _is_deep(file)  # before tags are read, which loads a PNG file
+            # Pillow would keep the upper 8 bits of deeper colours; this is before tags are read, which loads a PNG file
+            if file.format == "TIFF":
+                deep = max(file.tag_v2.get(258, (1,))) > 8  # BitsPerSample
+            else:
+                deep = file.mode.startswith("I") or any(";16" in str(tile[3]) for tile in file.tile)
             stated = file.getexif()
-            orientation = int(stated.get(ORIENTATION, 1)) if stated.get(ORIENTATION) in range(1, 9) else 1
-            pixels, alpha = _parts(_decoded(data)) if deep else _shallow(file)
+            tag = stated.get(ExifTags.Base.Orientation)
+            orientation = int(tag) if tag in range(1, 9) else 1
+            if deep:
+                pixels, alpha = _parts(_decoded(data))
+            else:
+                alpha = np.asarray(file.convert("RGBA"))[..., 3] if file.has_transparency_data else None
+                pixels = np.asarray(file.convert("RGB"))
             if file.format != "TIFF":  # both decoders have turned those already
                 pixels, alpha = turned(pixels, orientation), None if alpha is None else turned(alpha, orientation)
-            return _picture(pixels, alpha, _film(stated), orientation)
+            # of equivalent 35 mm film, if it is plausible
+            film = stated.get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
+            film = float(film) if isinstance(film, int) and 8 <= film <= 300 else None
+            return _picture(pixels, alpha, film, orientation)
 
 
 def _picture(pixels: np.ndarray, alpha: np.ndarray | None, film: float | None, orientation: int) -> Picture:
@@ -97,19 +106,7 @@ def _tiff_size(data: bytes) -> tuple[int, int]:
     tags = ImageFileDirectory_v2(stream.read(8))
     stream.seek(tags.next)
     tags.load(stream)
-    return int(tags[WIDTH]), int(tags[HEIGHT])
-
-
-def _is_deep(file: Any) -> bool:
-    """Return whether a picture has colours of more than 8 bits, of which Pillow would keep the upper 8."""
-    if file.format == "TIFF":
-        return max(file.tag_v2.get(BITS, (1,))) > 8
-    return file.mode.startswith("I") or any(";16" in str(tile[3]) for tile in file.tile)
-
-
-def _shallow(file: Any) -> tuple[np.ndarray, np.ndarray | None]:
-    alpha = np.asarray(file.convert("RGBA"))[..., 3] if file.has_transparency_data else None
-    return np.asarray(file.convert("RGB")), alpha
+    return int(tags[256]), int(tags[257])  # ImageWidth and ImageLength
 
 
 def _decoded(data: bytes) -> np.ndarray:
@@ -145,11 +142,3 @@ def _eight_bits(values: np.ndarray) -> np.ndarray:
         whites = [1.0, top]
     white = next((white for white in whites if top <= white), top)
     return np.clip(np.round(values * (255.0 / white)), 0, 255).astype(np.uint8)
-
-
-def _film(stated: Any) -> float | None:
-    """Return a plausible focal length, converted to 35 mm film [mm]."""
-    from PIL import ExifTags
-
-    found = stated.get_ifd(ExifTags.IFD.Exif).get(ExifTags.Base.FocalLengthIn35mmFilm)
-    return float(found) if isinstance(found, int) and 8 <= found <= 300 else None

@@ -7,14 +7,13 @@ lengths and their properties (columns); a property may be a list, such as the co
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.garments.objfile import MAX_TRIANGLES, MAX_VERTICES, TriangleMesh
-from tatamu.garments.polygons import triangulate
+from tatamu.garments.objfile import MAX_TRIANGLES, MAX_VERTICES, TriangleMesh, triangulate
 
 TYPES = {
     **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
@@ -24,12 +23,9 @@ TYPES = {
 Order = Literal["<", ">"]
 ORDERS: dict[str, Order | None] = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
 """Byte order of each format; None for text."""
-FACES = ("vertex_index", "vertex_indices")
-"""Names of the property that lists a face's vertices."""
 
 
-@dataclass
-class _Property:
+class _Property(NamedTuple):
     name: str
     kind: str
     counted_by: str = ""
@@ -40,7 +36,7 @@ class _Property:
 class _Element:
     name: str
     count: int
-    properties: list[_Property] = field(default_factory=list)
+    properties: list[_Property]
 
     @property
     def has_lists(self) -> bool:
@@ -60,6 +56,8 @@ def parse_ply(data: bytes) -> TriangleMesh:
     for element in elements:
         try:
             if element.name == "vertex":
+                if element.has_lists:
+                    raise ValueError("its element vertex has lists")
                 names = [each.name for each in element.properties]
                 vertices = body.table(element)[:, [names.index(axis) for axis in "xyz"]]
             elif element.name == "face":
@@ -69,9 +67,8 @@ def parse_ply(data: bytes) -> TriangleMesh:
             elif element.properties:
                 body.table(element)
         except IndexError:
-            raise ValueError(
-                f"the file is cut short: its header states {element.count} of element {element.name}"
-            ) from None
+            stated = f"its header states {element.count} of element {element.name}"
+            raise ValueError(f"the file is cut short: {stated}") from None
     for number, corners in enumerate(polygons):
         if any(not 0 <= corner < len(vertices) for corner in corners):
             raise ValueError(f"face {number} uses vertices beyond 0 to {len(vertices) - 1}")
@@ -92,7 +89,7 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
             case ["format", name, _] if name in ORDERS:
                 stated = name
             case ["element", name, count] if count.isdecimal():
-                elements.append(_Element(name, int(count)))
+                elements.append(_Element(name, int(count), []))
             case ["property", "list", counted_by, kind, name] if elements:
                 elements[-1].properties.append(_Property(name, TYPES[kind], TYPES[counted_by]))
             case ["property", kind, name] if elements:
@@ -104,7 +101,7 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
     if not stated:
         raise ValueError("its header states no format")
     for element in elements:
-        most = {"vertex": MAX_VERTICES, "face": MAX_TRIANGLES}.get(element.name, MAX_VERTICES)
+        most = MAX_TRIANGLES if element.name == "face" else MAX_VERTICES
         if element.count > most:
             raise InputError(f"mesh: must have at most {most} of element {element.name}, given {element.count}")
     return ORDERS[stated], elements, body[2:] if body.startswith(b"\r\n") else body[1:]
@@ -120,9 +117,9 @@ class _Body:
 
     def table(self, element: _Element) -> np.ndarray:
         """Return an element without lists, shape (count, properties)."""
-        if element.has_lists:
-            raise ValueError(f"its element {element.name} has lists")
-        return self._rows(element)
+        row = np.dtype([(f"p{k}", each.kind) for k, each in enumerate(element.properties)])
+        rows = self._taken(row, element.count)
+        return np.column_stack([rows[name].astype(float) for name in row.names or ()])
 
     def lists(self, element: _Element) -> Iterator[list[int]]:
         """Yield the vertices of each face."""
@@ -133,13 +130,9 @@ class _Body:
                 if count < 0:
                     raise IndexError
                 found = self._taken(each.kind, count)
-                corners = [int(value) for value in found] if each.name in FACES else corners
+                if each.name in ("vertex_index", "vertex_indices"):
+                    corners = [int(value) for value in found]
             yield corners
-
-    def _rows(self, element: _Element) -> np.ndarray:
-        row = np.dtype([(f"p{k}", each.kind) for k, each in enumerate(element.properties)])
-        rows = self._taken(row, element.count)
-        return np.column_stack([rows[name].astype(float) for name in row.names or ()])
 
     def _taken(self, kind: np.dtype[Any] | str, count: int) -> Any:
         kind = np.dtype(kind).newbyteorder(self._order)
@@ -157,7 +150,7 @@ class _Text(_Body):
         super().__init__(data)
         self._words = data.split()
 
-    def _rows(self, element: _Element) -> np.ndarray:
+    def table(self, element: _Element) -> np.ndarray:
         width = len(element.properties)
         return np.array(self._taken("", width * element.count), dtype=float).reshape(-1, width)
 

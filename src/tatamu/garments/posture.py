@@ -8,15 +8,17 @@ the front faces -y; of others, y points up and the front faces +z.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tatamu.base.curves import length
 from tatamu.base.errors import InputError
-from tatamu.garments.frame import direction
 from tatamu.garments.meshfile import border_loops
+from tatamu.garments.units import direction
+from tatamu.simulation.mesh.topology import areas
 
 ALIGNED = np.cos(np.radians(30.0))
 """Cosine of the angle from an axis of the file below which the axis is used instead of a direction of the mesh, which
@@ -49,7 +51,9 @@ def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> P
     """
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
     points = vertices - middle
-    loops = _openings(points, faces)
+    loops: list[np.ndarray] = []
+    with suppress(InputError):  # a border that is no loop is reported later, if it matters
+        loops = [points[loop] for loop in border_loops(faces)]
     if up is not None:
         ahead = direction(up)
         through = _thinnest(points, faces, ahead)
@@ -62,18 +66,10 @@ def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> P
     return Posture(turn, _axis(ahead), _axis(front))
 
 
-def _openings(points: np.ndarray, faces: np.ndarray) -> list[np.ndarray]:
-    try:
-        return [points[loop] for loop in border_loops(faces)]
-    except InputError:  # a border that is no loop is reported later, if it matters
-        return []
-
-
 def _thinnest(points: np.ndarray, faces: np.ndarray, across: np.ndarray | None = None) -> np.ndarray:
     """Return the direction, perpendicular to `across`, in which a mesh is thinnest, or a close axis of the file."""
-    corners = points[faces]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    centres = corners.mean(axis=1)
+    area = areas(points, faces)
+    centres = points[faces].mean(axis=1)
     away = centres - np.average(centres, axis=0, weights=area)
     spread = (away * area[:, None]).T @ away / area.sum()
     if across is not None:
@@ -93,19 +89,14 @@ def _length(points: np.ndarray, through: np.ndarray) -> np.ndarray:
     usual = np.array([0.0, 0.0, 1.0]) if abs(through[1]) > ALIGNED else np.array([0.0, 1.0, 0.0])
     along = usual - (usual @ through) * through
     along /= np.linalg.norm(along)
-    axes = [along, np.cross(through, along), *_principal(points, through)]
+    # perpendicular to `through`, the directions with the largest and the smallest spread
+    spread = np.linalg.eigh(np.cov((points - np.outer(points @ through, through)).T))[1]
+    axes = [along, np.cross(through, along), spread[:, 2], spread[:, 1]]
     misfit = [_asymmetry(points, np.cross(through, axis)) for axis in axes]
     best = int(np.argmin(misfit))
     if misfit[0] <= misfit[best] / 0.6:
         return along  # the usual axis in files
     return axes[best] * (1.0 if axes[best] @ along > -1e-9 else -1.0)
-
-
-def _principal(points: np.ndarray, through: np.ndarray) -> list[np.ndarray]:
-    """Return the directions perpendicular to `through` in which points have the largest and the smallest spread."""
-    inside = points - np.outer(points @ through, through)
-    axes = np.linalg.eigh(np.cov(inside.T))[1]
-    return [axes[:, 2], axes[:, 1]]
 
 
 def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
@@ -117,12 +108,12 @@ def _asymmetry(points: np.ndarray, axis: np.ndarray) -> float:
 
 def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:
     """Return 1 if `ahead` points away from the hem, otherwise -1."""
-    width, length = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
-    central = [loop for loop in loops if abs(float((loop @ aside).mean())) < 0.12 * width]
+    wide, long = (float(np.ptp(points @ axis)) for axis in (aside, ahead))
+    central = [loop for loop in loops if abs(float((loop @ aside).mean())) < 0.12 * wide]
     outer = [loop for loop in loops if not any(loop is other for other in central)]
     heights = [float((loop @ ahead).mean()) for loop in central]
     if len(central) >= 2:
-        around = [_around(loop) for loop in central]
+        around = [length(np.vstack([loop, loop[:1]])) for loop in central]
         hem = int(np.argmax(around))
         if around[hem] < 1.1 * sorted(around)[-2]:
             return 1.0
@@ -131,12 +122,7 @@ def _sense(ahead: np.ndarray, aside: np.ndarray, points: np.ndarray, loops: list
         difference = heights[0] - float(np.mean([(loop @ ahead).mean() for loop in outer]))
     else:
         return 1.0
-    return -1.0 if difference < -0.1 * length else 1.0
-
-
-def _around(loop: np.ndarray) -> float:
-    closed = np.vstack([loop, loop[:1]])
-    return float(sum(np.linalg.norm(b - a) for a, b in pairwise(closed)))
+    return -1.0 if difference < -0.1 * long else 1.0
 
 
 def _forward(ahead: np.ndarray, through: np.ndarray, points: np.ndarray, loops: list[np.ndarray]) -> float:

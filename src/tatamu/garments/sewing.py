@@ -11,16 +11,16 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from tatamu.base.errors import InputError
-from tatamu.garments.garment import Garment
-from tatamu.garments.outline import Outline
-from tatamu.garments.panel import Panel, panel, without_chords
-from tatamu.garments.resolution import (
+from tatamu.garments.garment import (
+    Garment,
     check_size,
     check_spacing,
     default_spacing,
     largest_spacing,
     spacing_is_possible,
 )
+from tatamu.garments.outline import Outline
+from tatamu.garments.panel import Panel, panel, without_chords
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology
 
@@ -36,11 +36,7 @@ def one_layer(name: str, outline: Outline, material: Material, spacing: float | 
 
 
 def front_and_back(
-    name: str,
-    outline: Outline,
-    openings: Collection[str],
-    material: Material,
-    spacing: float | None = None,
+    name: str, outline: Outline, openings: Collection[str], material: Material, spacing: float | None = None
 ) -> Garment:
     """Make a garment of two panels, a front over a back, which are sewn together at all sides except `openings`.
 

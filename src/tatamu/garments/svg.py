@@ -15,8 +15,7 @@ from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB, foreign, read_text
-from tatamu.garments.drawing import MAX_DRAWING, DrawnPieces, where
-from tatamu.garments.pieces import grouped
+from tatamu.garments.drawing import MAX_DRAWING, DrawnPieces, grouped, where
 from tatamu.garments.svg_shapes import INCH, LENGTH, UNITS, Page, Shape, view_box, visible_shapes
 from tatamu.garments.units import Unit
 
@@ -38,7 +37,9 @@ def read_svg(path: Path) -> DrawnPieces:
         if root.tag.rpartition("}")[2] != "svg":
             raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
         unit = _unit(root, text, path)
-        shapes, notes = visible_shapes(root, _page(root))
+        pixels = [float(size[1]) * UNITS[size[2].lower()].pixels for size in _sizes(root).values()]
+        page = view_box(root) or (Page(0.0, 0.0, *pixels) if len(pixels) == 2 else None)
+        shapes, notes = visible_shapes(root, page)
         curves = [replace(curve, name=_name(shape)) for shape in shapes for curve in shape.curves]
         pieces = grouped(curves)
         return DrawnPieces(tuple(replace(piece, remarks=(*notes, *piece.remarks)) for piece in pieces), unit)
@@ -67,12 +68,6 @@ def _name(shape: Shape) -> str:
 def _sizes(root: ElementTree.Element) -> dict[str, re.Match[str]]:
     found = {side: LENGTH.fullmatch(root.get(side, "")) for side in ("width", "height")}
     return {side: size for side, size in found.items() if size and size[2].lower() in UNITS and float(size[1]) > 0.0}
-
-
-def _page(root: ElementTree.Element) -> Page | None:
-    """Return the visible area in units of the drawing, if the file states it."""
-    pixels = [float(size[1]) * UNITS[size[2].lower()].pixels for size in _sizes(root).values()]
-    return view_box(root) or (Page(0.0, 0.0, *pixels) if len(pixels) == 2 else None)
 
 
 def _program(root: ElementTree.Element, text: str) -> tuple[str, int]:
@@ -110,11 +105,6 @@ def _scale(scales: list[float], fitting: str, path: Path) -> float:
     if max(scales) <= 1.001 * min(scales):
         return scales[0]
     if fitting.strip().startswith("none"):
-        raise InputError(
-            where(
-                path,
-                "must not be stretched (preserveAspectRatio none), because its width does not give the scale of its "
-                "height",
-            )
-        )
+        stretched = "must not be stretched (preserveAspectRatio none)"
+        raise InputError(where(path, f"{stretched}, because its width does not give the scale of its height"))
     return max(scales) if "slice" in fitting else min(scales)

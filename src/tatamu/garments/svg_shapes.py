@@ -7,7 +7,7 @@ feature that changes the outline and is not supported is refused by its name.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element
@@ -18,26 +18,18 @@ import shapely
 from tatamu.base.errors import InputError
 from tatamu.garments.drawing import SELF_SHOWN, DrawnCurve, check_parts, polyline
 
-STEPS = 32
-"""Number of points per curved segment of an SVG path."""
-MAX_STYLE = 100_000
-"""Largest length of all style sheets of a drawing [characters], as the time to read them grows with the square."""
 CONTAINERS = ("g", "a", "svg", "switch", "use")
 """Elements whose children are drawn. Those of others, such as `symbol` and `mask`, are templates or no shapes."""
-ACROSS, ALONG = ("x", "width", "cx", "x1", "x2", "rx"), ("y", "height", "cy", "y1", "y2", "ry")
-"""Lengths of which a percentage is a part of the viewport's width or height. For `r` it is their root mean square."""
 GEOMETRY = {
     "rect": ("x", "y", "width", "height", "rx", "ry"),
     "circle": ("cx", "cy", "r"),
     "ellipse": ("cx", "cy", "rx", "ry"),
     "line": ("x1", "y1", "x2", "y2"),
-    "polyline": (),
-    "polygon": (),
-    "path": (),
+    **dict.fromkeys(("polyline", "polygon", "path"), ()),
 }
+"""Lengths of each kind of shape."""
 SIZES = {"rect": ("width", "height"), "circle": ("r",), "ellipse": ("rx", "ry")}
 """Lengths of each kind of shape without which nothing is drawn."""
-INHERITED = ("visibility", "fill", "clip-rule")
 INCH = 0.0254
 
 
@@ -61,20 +53,11 @@ UNITS = {
     "pc": LengthUnit(16.0, INCH / 6.0, "picas of 1/6 inch"),
 }
 LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*([a-z%]*)\s*", re.IGNORECASE)
-NUMBER = re.compile(r"[0-9.]+(?:[eE][+-]?[0-9]+)?")
-REFERENCE = re.compile(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""")
-SELECTOR = re.compile(r"([\w-]*|\*)((?:[.#][\w-]+)*)")
-WHITE = 240
-"""Smallest value of each colour channel of a background that is left out."""
-PAGE_TOLERANCE = 0.01
-"""Largest distance of a background's sides from those of the page, as a fraction of the page's side."""
-XLINK = "{http://www.w3.org/1999/xlink}href"
 Sheet = tuple[tuple[tuple[int, int, int], str, frozenset[str], Mapping[str, str]], ...]
 """Rules of a style sheet: specificity, tag, classes and id of the selector, and the declarations."""
 
 
-@dataclass(frozen=True)
-class Page:
+class Page(NamedTuple):
     """The visible area of a drawing, or of a part with a `viewBox` of its own."""
 
     x: float
@@ -114,13 +97,10 @@ def visible_shapes(root: Element, page: Page | None) -> tuple[list[Shape], list[
         InputError: If a feature is not supported that changes the outline, or the drawing has too many parts.
     """
     drawing = _Drawing(root)
-    shapes = list(drawing.children(root, _Place(np.eye(2, 3) * [[1], [-1]], page)))
+    shapes = drawing.children(root, _Place(np.eye(2, 3) * [[1], [-1]], page))
     kept = [shape for shape in shapes if page is None or not _is_background(shape, page)]
-    closed = [curve for shape in kept for curve in shape.curves if curve.closed]
-    notes = []
-    if drawing.cut:
-        notes.append(f"cut by {' and '.join(sorted(drawing.cut))}, as the drawing shows")
-    if len(kept) < len(shapes) and closed:
+    notes = [f"cut by {' and '.join(sorted(drawing.cut))}, as the drawing shows"] if drawing.cut else []
+    if len(kept) < len(shapes) and any(curve.closed for shape in kept for curve in shape.curves):
         return kept, [*notes, "a white rectangle of the page's size left out"]
     return shapes, notes
 
@@ -132,55 +112,51 @@ class _Drawing:
         self.count = 0
         self.cut: set[str] = set()
 
-    def children(self, element: Element, place: _Place) -> Iterator[Shape]:
+    def children(self, element: Element, place: _Place) -> list[Shape]:
+        """Return the shapes of an element's children, as far as they are visible."""
         inner = replace(place, within=(*place.within, element))
         check_parts(0, len(place.within))
         children = list(element)
         if _tag(element) == "switch":
             children = [each for each in children if _tag(each) in (*CONTAINERS, *GEOMETRY)][:1]
-        for child in children:
-            yield from self.shapes(child, inner)
+        return [shape for child in children for shape in self.shapes(child, inner)]
 
-    def shapes(self, element: Element, place: _Place) -> Iterator[Shape]:
-        """Yield the shapes of an element, as far as they are visible."""
+    def shapes(self, element: Element, place: _Place) -> list[Shape]:
+        """Return the shapes of an element, as far as they are visible."""
         tag = _tag(element)
         if tag not in CONTAINERS and tag not in GEOMETRY:
-            return
-        self.count += 1 + sum(len(NUMBER.findall(element.get(name, ""))) for name in ("d", "points"))
+            return []
+        numbers = (re.findall(r"[0-9.]+(?:[eE][+-]?[0-9]+)?", element.get(name, "")) for name in ("d", "points"))
+        self.count += 1 + sum(map(len, numbers))
         check_parts(self.count, 0)
         style = self._style(element, place.style)
         if style.get("display") == "none":
-            return
-        here = replace(place, style={name: style[name] for name in INHERITED if name in style})
-        here = _transformed(here, style)
-        shown = self._own(element, here, style) if tag in GEOMETRY else self._inner(element, here, style)
+            return []
+        inherited: dict[str, str] = {name: style[name] for name in ("visibility", "fill", "clip-rule") if name in style}
+        here = _transformed(replace(place, style=inherited), style)
+        if tag in CONTAINERS:
+            shown = self._inner(element, here, style)
+        else:
+            curves = () if style.get("visibility") in ("hidden", "collapse") else _curves(tag, style, here)
+            drawn = Shape((element,), curves, style.get("fill", "black"), style.get("clip-rule", "nonzero"))
+            shown = [drawn] if curves else []
         for name in ("clip-path", "mask"):
             if style.get(name, "none") != "none":
-                shown = iter(self._within(name, style[name], list(shown), here))
-        yield from shown
+                shown = self._within(name, style[name], shown, here)
+        return shown
 
-    def _own(self, element: Element, place: _Place, style: Mapping[str, str]) -> Iterator[Shape]:
-        if style.get("visibility") in ("hidden", "collapse"):
-            return
-        curves = tuple(_curves(_tag(element), style, place))
-        if curves:
-            yield Shape((element,), curves, style.get("fill", "black"), style.get("clip-rule", "nonzero"))
-
-    def _inner(self, element: Element, place: _Place, style: Mapping[str, str]) -> Iterator[Shape]:
-        """Yield the shapes in a container: its children, or those of the element to which it refers."""
-        tag = _tag(element)
-        if tag == "svg":
-            yield from self._framed(element, place, style)
-            return
-        if tag != "use":
-            yield from self.children(element, place)
-            return
-        reference = element.get("href") or element.get(XLINK) or ""
+    def _inner(self, element: Element, place: _Place, style: Mapping[str, str]) -> list[Shape]:
+        """Return the shapes in a container: its children, or those of the element to which it refers."""
+        if _tag(element) == "svg":
+            return self._framed(element, place, style)
+        if _tag(element) != "use":
+            return self.children(element, place)
+        reference = element.get("href") or element.get("{http://www.w3.org/1999/xlink}href") or ""
         if not reference.startswith("#"):
             raise InputError(f"outline: uses a part of another file ({reference[:60]}); put this part into the drawing")
         target = self.named.get(reference[1:])
         if target is None:
-            return
+            return []
         if target in place.within or target is element:
             raise InputError(SELF_SHOWN)
         moved = _moved(place, _length("x", style, place), _length("y", style, place))
@@ -191,32 +167,29 @@ class _Drawing:
             shapes = self._framed(target, moved, {**self._style(target, {}), **origin, **given})
         else:
             shapes = self.shapes(target, moved)
-        for shape in shapes:
-            yield replace(shape, elements=(*shape.elements, target, element))
+        return [replace(shape, elements=(*shape.elements, target, element)) for shape in shapes]
 
-    def _framed(self, element: Element, place: _Place, style: Mapping[str, str]) -> Iterator[Shape]:
-        """Yield the shapes of an element with a viewport of its own, cut at its border."""
+    def _framed(self, element: Element, place: _Place, style: Mapping[str, str]) -> list[Shape]:
+        """Return the shapes of an element with a viewport of its own, cut at its border."""
         x, y = _length("x", style, place), _length("y", style, place)
         width = _length("width", {"width": "100%", **style}, place)
         height = _length("height", {"height": "100%", **style}, place)
         if not (width > 0.0 and height > 0.0):
-            return
-        box = view_box(element)
-        framed = _moved(place, x, y)
-        seen = Page(0.0, 0.0, width, height)
-        if box is not None:
+            return []
+        framed = replace(_moved(place, x, y), page=Page(0.0, 0.0, width, height))
+        if box := view_box(element):
             scale, offset = _fitted(box, width, height, element.get("preserveAspectRatio", ""))
-            framed = replace(framed, matrix=_joined(framed.matrix, np.column_stack([np.diag(scale), offset])))
-            seen = box
+            matrix = _joined(framed.matrix, np.column_stack([np.diag(scale), offset]))
+            framed = replace(framed, matrix=matrix, page=box)
+        shapes = self.children(element, framed)
+        if style.get("overflow") in ("visible", "auto"):
+            return shapes
         border = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-        shapes = list(self.children(element, replace(framed, page=seen)))
-        if style.get("overflow") not in ("visible", "auto"):
-            shapes = self._cut(shapes, shapely.Polygon(_mapped(border, place.matrix)), _tag(element))
-        yield from shapes
+        return self._cut(shapes, shapely.Polygon(_mapped(border, place.matrix)), _tag(element))
 
     def _within(self, name: str, given: str, shapes: list[Shape], place: _Place) -> list[Shape]:
         """Return shapes as far as a clip path or a mask shows them."""
-        found = REFERENCE.fullmatch(given)
+        found = re.fullmatch(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""", given)
         if not found:
             raise InputError(f"outline: has a {name} that is not supported ({given[:60]}); cut the outline itself")
         element = self.named.get(found[1])
@@ -227,21 +200,17 @@ class _Drawing:
         style = self._style(element, {})
         if style.get("clipPathUnits" if name == "clip-path" else "maskContentUnits") == "objectBoundingBox":
             place = _boxed(place, shapes)
-        region = self._region(element, _transformed(replace(place, style={}), style), name)
+        shown = self.children(element, _transformed(replace(place, style={}), style))
+        opaque = style.get("mask-type") == "alpha"
+        if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shown):
+            raise InputError(
+                "outline: has a mask that is not plain white; cut the outline itself, and release the mask"
+            )
+        region = shapely.union_all([_inside(shape) for shape in shown])
         if style.get("clip-path", "none") != "none":
             inner = replace(place, within=(*place.within, element))
             shapes = self._within("clip-path", style["clip-path"], shapes, inner)
         return self._cut(shapes, region, name)
-
-    def _region(self, element: Element, place: _Place, name: str) -> Any:
-        """Return the region that a clip path or a mask shows."""
-        shapes = list(self.children(element, place))
-        opaque = self._style(element, {}).get("mask-type") == "alpha"
-        if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shapes):
-            raise InputError(
-                "outline: has a mask that is not plain white; cut the outline itself, and release the mask"
-            )
-        return shapely.union_all([_inside(shape) for shape in shapes])
 
     def _cut(self, shapes: list[Shape], region: Any, name: str) -> list[Shape]:
         """Return shapes as far as they lie within a region."""
@@ -250,8 +219,7 @@ class _Drawing:
         shapely.prepare(wider)
         kept = []
         for shape in shapes:
-            cut = [list(_cut_curve(curve, region, wider)) for curve in shape.curves]
-            curves = tuple(part for parts in cut for part in parts)
+            curves = tuple(part for curve in shape.curves for part in _cut_curve(curve, region, wider))
             if [*map(id, curves)] != [*map(id, shape.curves)]:
                 self.cut.add(name)
             if curves:
@@ -285,14 +253,15 @@ def _declarations(text: str) -> dict[str, str]:
 
 def _style_sheet(text: str) -> Sheet:
     """Return the rules of a style sheet with simple selectors, in the order in which they apply."""
-    if len(text) > MAX_STYLE:
-        raise InputError(f"outline: must have style sheets of at most {MAX_STYLE} characters, given {len(text)}")
+    most = 100_000  # as the time to read them grows with the square
+    if len(text) > most:
+        raise InputError(f"outline: must have style sheets of at most {most} characters, given {len(text)}")
     plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
     plain = re.sub(r"@[^{};]*(?:;|\{(?:[^{}]|\{[^{}]*\})*\})", "", plain)
     rules = []
     for selectors, declared in re.findall(r"([^{}]+)\{([^{}]*)\}", plain):
         for each in selectors.split(","):
-            if found := SELECTOR.fullmatch(each.strip()):
+            if found := re.fullmatch(r"([\w-]*|\*)((?:[.#][\w-]+)*)", each.strip()):
                 marks = re.findall(r"[.#][\w-]+", found[2])
                 rank = (sum(mark[0] == "#" for mark in marks), sum(mark[0] == "." for mark in marks), len(found[1]) > 1)
                 rules.append((rank, found[1], frozenset(marks), _declarations(declared)))
@@ -349,7 +318,9 @@ def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
     if place.page is None:
         raise InputError(f"outline: {name} is {text[:40]} of a page without a size; give the drawing a viewBox")
     width, height = place.page.width, place.page.height
-    whole = width if name in ACROSS else height if name in ALONG else float(np.hypot(width, height) / np.sqrt(2.0))
+    whole = float(np.hypot(width, height) / np.sqrt(2.0))  # a percentage of `r` is one of the root mean square
+    if name != "r":
+        whole = width if name in ("x", "width", "cx", "x1", "x2", "rx") else height
     return float(found[1]) / 100.0 * whole
 
 
@@ -364,37 +335,32 @@ def _fitted(box: Page, width: float, height: float, fitting: str) -> tuple[np.nd
     return scale, free * (share if words[0] != "none" else 0.0) - scale * [box.x, box.y]
 
 
-def _curves(tag: str, style: Mapping[str, str], place: _Place) -> Iterator[DrawnCurve]:
-    """Yield the curves of a shape in the drawing's coordinates."""
+def _curves(tag: str, style: Mapping[str, str], place: _Place) -> tuple[DrawnCurve, ...]:
+    """Return the curves of a shape in the drawing's coordinates."""
     import svgelements
 
     lengths = {name: _length(name, style, place) for name in GEOMETRY[tag] if style.get(name, "auto") != "auto"}
     if not all(lengths.get(name, 0.0) > 0.0 for name in SIZES.get(tag, ())):
-        return
+        return ()
     if tag == "path":
-        made = _path(style.get("d", ""))
+        text = style.get("d", "")
+        try:
+            made = svgelements.Path(text)
+        except Exception:
+            raise InputError(f"outline: has a path that cannot be read, {text[:40]!r}") from None
     else:
         shape = getattr(svgelements, "SimpleLine" if tag == "line" else tag.capitalize())
         made = shape({**lengths, "points": style.get("points", "")})
-    for part in svgelements.Path(made).as_subpaths():
-        if curve := polyline("", _mapped(_flattened(part), place.matrix)):
-            yield curve
-
-
-def _path(text: str) -> Any:
-    import svgelements
-
-    try:
-        return svgelements.Path(text)
-    except Exception:
-        raise InputError(f"outline: has a path that cannot be read, {text[:40]!r}") from None
+    parts = svgelements.Path(made).as_subpaths()
+    curves = [polyline("", _mapped(_flattened(part), place.matrix)) for part in parts]
+    return tuple(curve for curve in curves if curve)
 
 
 def _flattened(part: Any) -> np.ndarray:
     """Return points along an SVG subpath, shape (k, 2)."""
     import svgelements
 
-    at = np.arange(1, STEPS + 1) / STEPS
+    at = np.arange(1, 33) / 32  # of each curved segment
     points = [np.empty((0, 2))]
     for segment in svgelements.Path(part):
         if isinstance(segment, (svgelements.Move, svgelements.Line, svgelements.Close)):
@@ -422,24 +388,22 @@ def _turn(part: Any) -> bool:
     return isinstance(part, shapely.Polygon) and bool(part.exterior.is_ccw)
 
 
-def _cut_curve(curve: DrawnCurve, region: Any, wider: Any) -> Iterator[DrawnCurve]:
-    """Yield the parts of a curve that lie within a region; the curve itself if it does as a whole."""
+def _cut_curve(curve: DrawnCurve, region: Any, wider: Any) -> list[DrawnCurve]:
+    """Return the parts of a curve that lie within a region; the curve itself if it does as a whole."""
     line, loop = shapely.LineString(curve.points), shapely.Polygon(curve.points if curve.closed else ())
     if wider.covers(line) and (loop.is_empty or wider.covers(loop.buffer(0.0))):
-        yield curve
-        return
+        return [curve]
     if curve.closed:
         if not loop.is_valid:
             raise InputError("outline: has a clip path across a curve that crosses itself; cut the outline itself")
-        parts = [part for part in shapely.get_parts(loop.intersection(region)) if isinstance(part, shapely.Polygon)]
-        parts = [part for part in parts if not part.is_empty]
+        found = shapely.get_parts(loop.intersection(region))
+        parts = [part for part in found if isinstance(part, shapely.Polygon) and not part.is_empty]
         rings = [ring.coords for part in parts for ring in (part.exterior, *part.interiors)]
     else:
         found = shapely.get_parts(shapely.line_merge(line.intersection(region)))
         rings = [part.coords for part in found if isinstance(part, shapely.LineString) and not part.is_empty]
-    for ring in rings:
-        if made := polyline(curve.name, np.array(ring)):
-            yield made
+    made = [polyline(curve.name, np.array(ring)) for ring in rings]
+    return [each for each in made if each]
 
 
 def _is_white(fill: str) -> bool:
@@ -449,7 +413,7 @@ def _is_white(fill: str) -> bool:
         colour = svgelements.Color(fill)
     except ValueError:
         return False
-    return colour.value is not None and min(colour.red, colour.green, colour.blue) >= WHITE
+    return colour.value is not None and min(colour.red, colour.green, colour.blue) >= 240
 
 
 def _is_background(shape: Shape, page: Page) -> bool:
@@ -457,8 +421,8 @@ def _is_background(shape: Shape, page: Page) -> bool:
     if len(shape.curves) != 1 or not shape.curves[0].closed or not _is_white(shape.fill):
         return False
     points = shape.curves[0].points * [1, -1]
-    region = shapely.Polygon(points)
+    area = shapely.Polygon(points).area
     low, high = points.min(axis=0), points.max(axis=0)
-    start, size = np.array([page.x, page.y]), np.array([page.width, page.height])
-    covers = (low <= start + PAGE_TOLERANCE * size).all() and (high >= start + (1.0 - PAGE_TOLERANCE) * size).all()
-    return bool(covers and abs(region.area - np.prod(high - low)) < 1e-6 * region.area)
+    start, size = np.array(page).reshape(2, 2)
+    covers = (low <= start + 0.01 * size).all() and (high >= start + (1.0 - 0.01) * size).all()
+    return bool(covers and abs(area - np.prod(high - low)) < 1e-6 * area)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tatamu.garments.garment import Garment
-from tatamu.garments.resolution import check_size, check_spacing, spacing_for
+from tatamu.garments.garment import Garment, check_size, check_spacing, spacing_for
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.presets import load_preset
@@ -22,16 +21,11 @@ def towel(size: tuple[float, float] = SIZE, material: Material | None = None, sp
     check_spacing(chosen, size, size[0] * size[1])
     vertices, faces = staggered_rectangle(*size, chosen)
     vertices[:, 2] = 0.5 * material.thickness
-    edges = _sides(vertices)
+    x, y, _ = vertices.T
+    edges = {
+        "bottom": np.flatnonzero(x == x.min())[::-1],
+        "right": np.flatnonzero(y == y.min()),
+        "top": np.flatnonzero(x == x.max()),
+        "left": np.flatnonzero(y == y.max())[::-1],
+    }
     return Garment("towel", size, chosen, vertices, faces, material, edges=edges, openings=tuple(edges))
-
-
-def _sides(vertices: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the sides as paths of vertices, in counter-clockwise order."""
-    x = vertices[:, 0]
-    y = vertices[:, 1]
-    bottom = np.flatnonzero(x == x.min())
-    top = np.flatnonzero(x == x.max())
-    right = np.flatnonzero(y == y.min())
-    left = np.flatnonzero(y == y.max())
-    return {"bottom": bottom[::-1], "right": right, "top": top, "left": left[::-1]}

@@ -1,15 +1,19 @@
-"""Handles the unit of length of a garment file: its metres, and where it is stated.
+"""Handles the unit of length of a garment file, its metres and where it is stated, and the file's axes.
 
-A wrong unit usually gives an unusual size, of which the user is warned, or which is refused if no garment has it.
+A wrong unit usually gives an unusual size, of which the user is warned, or which is refused if no garment has it. The
+axes are turned to those of a garment: x points away from the hem, y to the left, z up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.garments.resolution import MAX_SIDE, MIN_SIDE
+from tatamu.garments.garment import MAX_SIDE, MIN_SIDE
 
 NAMES = {1e-3: "millimetres", 1e-2: "centimetres", 0.0254: "inches", 0.1: "decimetres", 1.0: "metres"}
 """Names of units that are usual in drawings, by the length of the unit in metres."""
@@ -17,6 +21,7 @@ USUAL = (0.15, 1.8)
 """Range in which the longer side of most garments is [m]."""
 DOUBTFUL = 2.6
 """Size of a garment [m] above which a note is given; apart from bed linen, hardly any is larger."""
+Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 
 
 @dataclass(frozen=True)
@@ -65,9 +70,8 @@ def how_to_scale(sides: tuple[float, float], unit: Unit) -> str:
     scale = probable_scale(sides, unit) or probable_scale(sides, unit, powers)
     if scale is None:
         return ""
-    return (
-        f"; give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}: metres per unit of the file"
-    )
+    how = f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}"
+    return f"; {how}: metres per unit of the file"
 
 
 def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:
@@ -75,13 +79,9 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
     if MIN_SIDE <= min(sides) and max(sides) <= MAX_SIDE:
         return
     width, length = sides
-    advice = how_to_scale(sides, unit)
-    if not advice:
-        small = min(sides) < MIN_SIDE
-        advice = (
-            f"; no usual unit makes the garment fit, and nothing that is {'narrower' if small else 'larger'} can be "
-            "folded"
-        )
+    other = "narrower" if min(sides) < MIN_SIDE else "larger"
+    advice = f"; no usual unit makes the garment fit, and nothing that is {other} can be folded"
+    advice = how_to_scale(sides, unit) or advice
     raise InputError(
         f"{what}: must be from {MIN_SIDE:g} to {MAX_SIDE:g} m on each side, given {width:.4g} m wide and "
         f"{length:.4g} m long, {unit.words}{advice}"
@@ -101,3 +101,20 @@ def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
         f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? If so, give scale = "
         f"{probable:g} under [garment] in a garment file, or --scale {probable:g}"
     ]
+
+
+def direction(axis: str) -> np.ndarray:
+    """Return the unit vector along an axis of a file, such as -y, shape (3,)."""
+    return (-1.0 if axis.startswith("-") else 1.0) * np.eye(3)["xyz".index(axis[-1])]
+
+
+def plane_turn(up: str, grain: np.ndarray | None = None) -> np.ndarray:
+    """Return the rotation of a file's x-y plane that turns `up`, or a grain line, to +x, shape (2, 2).
+
+    A grain line that points away from `up` is reversed, but not one perpendicular to it.
+    """
+    ahead = direction(up)[:2]
+    if grain is not None:
+        along = float(grain @ ahead)
+        ahead = grain if along >= -np.sin(np.radians(1.0)) else -grain
+    return np.array([[ahead[0], ahead[1]], [-ahead[1], ahead[0]]])

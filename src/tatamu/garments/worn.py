@@ -1,4 +1,8 @@
-"""Makes a garment from a mesh file. A flat mesh is used as it is; one worn on a body is laid flat first."""
+"""Makes a garment from a mesh file. A flat mesh is used as it is; one worn on a body is laid flat first.
+
+If the UV map of the file is the sewing pattern, the warp is along +v of every panel, because patterns are drawn along
+the grain.
+"""
 
 from __future__ import annotations
 
@@ -6,26 +10,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
 from tatamu.garments.description import GarmentFile
-from tatamu.garments.fibres import along_v, carried
-from tatamu.garments.flat import flat_garment, meshed_anew
+from tatamu.garments.flat import flat_garment, laid_flat, meshed_anew
 from tatamu.garments.flattening import flattened, inside_out, panel_numbers, side_lengths
-from tatamu.garments.frame import FLAT, direction
 from tatamu.garments.garment import Garment
-from tatamu.garments.laying import laid_flat
 from tatamu.garments.meshfile import faults, pieces, read_mesh, welded
 from tatamu.garments.objfile import TriangleMesh
 from tatamu.garments.posture import posture
-from tatamu.garments.resolution import PASSABLE
-from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, doubts, how_to_scale
+from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, direction, doubts, how_to_scale
 from tatamu.simulation.material import Material
-
-DOUBT = "; look at the picture, because a UV map of the pattern would give a better shape"
-ROUNDS = 5
-SIDE_VIEW = {0: ("z", "x"), 1: ("z", "-y"), 2: ("y", "z")}
-"""Directions in the file of a flat mesh away from the hem and out of the front, by the axis along which it is thin."""
+from tatamu.simulation.mesh.topology import facing_down
 
 
 def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
@@ -38,10 +35,12 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         raise InputError(
             "spacing: must be left out for a mesh, which has its own; give remesh = true under [garment] for a new mesh"
         )
-    unit = _unit(source).scaled(given.scale)
+    kind = source.suffix[1:].upper()
+    stated = "as glTF has it" if kind == "GLB" else f"assumed: {kind} states no unit"
+    unit = Unit(1.0, "metres", stated).scaled(given.scale)
     mesh, notes = _cloth(given, read_mesh(source), source, unit)
     extent = np.sort(np.ptp(mesh.vertices, axis=0))
-    flat = bool(extent[0] <= FLAT * extent[1])
+    flat = bool(extent[0] <= 0.03 * extent[1])
     sides = (float(extent[1]), float(extent[2]))
     if given.size is None:
         check_size_of_file(sides, "mesh", unit)
@@ -53,15 +52,12 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         raise InputError(f"mesh: measures {sides[1]:.3g} m, {unit.words}, which is larger than any garment{advice}")
     garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
     doubt = [] if given.size else doubts(sides, unit)
-    notes = [*notes, *doubt, *garment.notes, *_coarseness(garment)]
+    notes = [*notes, *doubt, *garment.notes]
+    cells = garment.spacing / garment.material.bending_length
+    if cells > 0.65:  # docs/theory/bending.md
+        edges = f"edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than 0.65"
+        notes.append(f"coarse: {edges}, so folds will look too stiff")
     return replace(garment, reading=unit.reading(given.size), notes=tuple(notes))
-
-
-def _unit(source: Path) -> Unit:
-    kind = source.suffix[1:].upper()
-    if kind == "GLB":
-        return Unit(1.0, "metres", "as glTF has it")
-    return Unit(1.0, "metres", f"assumed: {kind} states no unit")
 
 
 def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> tuple[TriangleMesh, list[str]]:
@@ -86,11 +82,8 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     listed = ", ".join(known[:8]) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
     if given.piece is not None:
         raise InputError(f"piece: must be one of {listed}, given {given.piece!r}")
-    weld = (
-        ""
-        if len(np.unique(mesh.vertices.round(9), axis=0)) == len(mesh.vertices)
-        else ", or join the pieces by weld = true"
-    )
+    places = len(np.unique(mesh.vertices.round(9), axis=0))
+    weld = ", or join the pieces by weld = true" if places < len(mesh.vertices) else ""
     raise InputError(
         f"mesh: must be a single piece, given {len(names)} pieces: {listed}; choose one with "
         f'piece = "{names[0]}" under [garment] in a garment file{weld}'
@@ -111,8 +104,8 @@ def _extent(mesh: TriangleMesh, own: np.ndarray) -> str:
 def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
     """Return the garment of a flat mesh, whose plane may have any orientation."""
     thin = int(np.argmin(np.ptp(mesh.vertices, axis=0)))
-    up, facing = SIDE_VIEW[thin]
-    up = given.up or up
+    usual, facing = (("z", "x"), ("z", "-y"), ("y", "z"))[thin]  # away from the hem, and out of the front
+    up = given.up or usual
     if up[-1] == "xyz"[thin]:
         raise InputError(
             f"up: must be one of the two axes in which the mesh extends, given {up}, but the mesh is flat across "
@@ -120,12 +113,12 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
         )
     ahead, front = direction(up), direction(facing)
     points = mesh.vertices @ np.array([ahead, np.cross(front, ahead), front]).T
-    notes = (
-        () if thin == 2 else (f"turned onto the table with {up} up, because the mesh was flat across {'xyz'[thin]}",)
-    )
     garment = flat_garment(given.name, _sized(points[:, :2], given.size), mesh.faces, material)
     garment = meshed_anew(garment, given.spacing) if given.remesh else garment
-    return replace(garment, notes=(*notes, *garment.notes))
+    if thin == 2:
+        return garment
+    note = f"turned onto the table with {up} up, because the mesh was flat across {'xyz'[thin]}"
+    return replace(garment, notes=(note, *garment.notes))
 
 
 def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment:
@@ -149,8 +142,11 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
         except InputError as error:
             reason = str(error).removeprefix("mesh: ")
         else:
-            garment = _meshed_anew(garment, given.spacing) if given.remesh else garment
-            notes.append(f"flattened by {pattern.words}: {changes}{DOUBT if plane.most > 0.10 else ''}")
+            if given.remesh:
+                made = meshed_anew(garment, given.spacing)
+                garment = made if garment.fibre is None else replace(made, fibre=_carried(garment.fibre, garment, made))
+            doubt = "; look at the picture, because a UV map of the pattern would give a better shape"
+            notes.append(f"flattened by {pattern.words}: {changes}{doubt if plane.most > 0.10 else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
     if given.remesh:
         raise InputError(f"remesh: must be left out for a mesh that cannot be flattened: {reason}")
@@ -165,14 +161,6 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
 def _sized(plan: np.ndarray, size: tuple[float, float] | None) -> np.ndarray:
     """Return flat vertices, stretched to a width and length [m] if they are given."""
     return plan if size is None else plan * (np.array(size[::-1]) / np.ptp(plan, axis=0))
-
-
-def _meshed_anew(garment: Garment, spacing: float | None) -> Garment:
-    """Return the garment with a new mesh, on which the warp is as before."""
-    made = meshed_anew(garment, spacing)
-    if garment.fibre is None:
-        return made
-    return replace(made, fibre=carried(garment.fibre, garment.vertices, garment.faces, made.vertices, made.faces))
 
 
 @dataclass(frozen=True)
@@ -190,10 +178,9 @@ class _Pattern:
 
     def woven(self, garment: Garment) -> Garment:
         """Return the garment with the warp along +v of the sewing pattern, if there is one."""
-        if self.uv is None:
-            return garment
-        fibre = along_v(self.uv, garment.unstrained[garment.faces])
-        return replace(garment, fibre=fibre)
+        return (
+            garment if self.uv is None else replace(garment, fibre=along_v(self.uv, garment.unstrained[garment.faces]))
+        )
 
 
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
@@ -202,7 +189,7 @@ def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _P
     It is the pattern if its scaled edges have nearly the lengths of the mesh's edges.
     """
     worn = side_lengths(points[faces])
-    itself = _Pattern(worn, panel_numbers(faces, None), "its own shape")
+    itself = _Pattern(worn, np.zeros(len(faces), dtype=np.int64), "its own shape")
     if uv is None:
         return itself
     drawn = side_lengths(uv)
@@ -239,7 +226,7 @@ def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
     wanted = worn.ravel() ** 2
     terms = across / wanted[:, None]
     weight = np.ones(len(terms))
-    for _ in range(ROUNDS):
+    for _ in range(5):
         root = np.sqrt(weight)[:, None]
         squared = np.linalg.lstsq(terms * root, root.ravel(), rcond=None)[0]
         off = np.abs(terms @ squared - 1.0)
@@ -247,12 +234,29 @@ def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(squared, 1e-12 * float(squared.max())))
 
 
-def _coarseness(garment: Garment) -> list[str]:
-    """Return a note on a mesh that is too coarse for its fabric, if it is."""
-    cells = garment.spacing / garment.material.bending_length
-    if cells <= PASSABLE:
-        return []
-    return [
-        f"coarse: edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than {PASSABLE:g}, so "
-        "folds will look too stiff"
-    ]
+def along_v(uv: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the direction of a UV map's +v axis in triangles of a garment, as unit vectors, shape (m, 3).
+
+    The triangles have the corners `uv` in the pattern, shape (m, 3, 2), and `corners` in the garment, shape (m, 3, 3).
+    """
+    first, second = (uv[:, k] - uv[:, 0] for k in (1, 2))
+    one, other = (corners[:, k] - corners[:, 0] for k in (1, 2))
+    # a and b solve first * b + second * a = (0, det), with det the cross product of first and second
+    along = first[:, :1] * other - second[:, :1] * one
+    turned = np.sign(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])[:, None]
+    return turned * along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def _carried(fibre: np.ndarray, old: Garment, new: Garment) -> np.ndarray:
+    """Return the warp `fibre` of a flat garment in each triangle of its new mesh, shape (k, 3).
+
+    It is that of the nearest old triangle in the same layer.
+    """
+    out = np.empty((len(new.faces), 3))
+    for down in (False, True):
+        before, after = (np.flatnonzero(facing_down(each.vertices, each.faces) == down) for each in (old, new))
+        if len(after):
+            middles = old.vertices[old.faces[before]].mean(axis=1)[:, :2]
+            nearest = cKDTree(middles).query(new.vertices[new.faces[after]].mean(axis=1)[:, :2])[1]
+            out[after] = fibre[before[nearest]]
+    return out
