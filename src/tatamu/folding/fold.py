@@ -10,9 +10,8 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import PAD, Fingers
-from tatamu.folding.grasps import candidates
+from tatamu.folding.grasps import candidates, links_within, outermost
 from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
-from tatamu.folding.pinch import outermost
 from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
 from tatamu.folding.press import Press
@@ -125,15 +124,9 @@ class Fold:
         sideways = np.abs(along - along[vertex]) <= wide
         inwards = np.abs(across - across[vertex]) <= PAD + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
-        held = outermost(across[under], along[under], self._links(under), spacing)
+        links = links_within(self._edges, under, len(self.start))
+        held = outermost(across[under], along[under], links, spacing)
         return under[held | (under == vertex)].tolist()
-
-    def _links(self, vertices: np.ndarray) -> np.ndarray:
-        """Return the e mesh edges between two of the given vertices, as indices into `vertices`, shape (e, 2)."""
-        place = np.full(len(self.start), -1)
-        place[vertices] = np.arange(len(vertices))
-        links = place[self._edges]
-        return np.asarray(links[(links >= 0).all(axis=1)])
 
     @cached_property
     def _edges(self) -> np.ndarray:
@@ -170,7 +163,12 @@ def fold_of(
     across, _ = line.split(state)
     if not (across.min() < 0 < across.max()):
         raise InputError(f"line: the fold line of step {step.title or step.line} does not cross the garment")
-    _check_room(garment, -across.min())
+    width = crease_of(garment, garment.material.thickness).arc[-1]
+    if width > -across.min():
+        raise InputError(
+            f"fold: the side that moves must be at least {width:.3f} m wide for a crease of this material, given "
+            f"{-across.min():.3f} m; give a larger garment or a limper material"
+        )
     hands = hands or step.hands
     left, right = candidates(garment, state, line, step, hands)
     points = plan.points(step, garment)
@@ -181,15 +179,6 @@ def fold_of(
         low, high = made.crease_ends
         step.press.gap_over(garment.material, made.folded_thickness, high - low)  # an early error if it is too low
     return made
-
-
-def _check_room(garment: Garment, reach: float) -> None:
-    width = crease_of(garment, garment.material.thickness).arc[-1]
-    if width > reach:
-        raise InputError(
-            f"fold: the side that moves must be at least {width:.3f} m wide for a crease of this material, given "
-            f"{reach:.3f} m; give a larger garment or a limper material"
-        )
 
 
 def make_fold(name: str, garment: Garment) -> Fold:

@@ -15,8 +15,6 @@ PIXEL = 0.001
 SLACK = 1e-9
 """Tolerance, in barycentric coordinates, with which pixels at a triangle's border belong to it, so there are no gaps.
 """
-NANOMETRES = 9
-"""Number of decimals of heights in metres, so that a flat layer has exactly equal heights."""
 
 
 class Surface:
@@ -39,7 +37,8 @@ class Surface:
         heights = z_buffer(corners, faces, (size[0], size[1]), SLACK).heights
         beside = maximum_filter(heights, size=2 * round(reach / PIXEL) + 1)
         heights = np.where(np.isfinite(heights), heights, beside) + 0.5 * thickness
-        return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
+        # in whole nanometres, so that a flat layer has exactly equal heights
+        return cls(low, np.where(np.isfinite(heights), heights.round(9), 0.0))
 
     @property
     def area(self) -> float:

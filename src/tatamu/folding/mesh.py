@@ -18,27 +18,22 @@ from tatamu.folding.plan import Plan
 from tatamu.garments import Garment, make_garment
 from tatamu.simulation.material import ORTHOTROPIC_MEMBRANE, Material
 
-ONE_LAYER, TWO_LAYERS, SEVERAL_STEPS = 2.0, 1.7, 1.5
-"""Ratio k for a garment of one layer and of two layers, and for plans of several steps, whose loops spring open."""
-MIN_VERTICES = 250
-"""Minimum number of vertices. A smaller garment keeps its own mesh."""
-
 
 def learning_mesh(garment: Garment, plan: Plan, hands: int | None) -> tuple[Garment, float]:
     """Return a garment on the mesh on which it is folded, and the divisor k^2 of its stretch stiffness.
 
-    A garment whose spacing was given, or that was not made by `make_garment`, keeps its mesh.
+    A garment keeps its mesh if its spacing was given, if `make_garment` did not make it, and if it is small.
     """
     source = garment.source
     if source is None or garment.spacing_given:
         return garment, 1.0
-    ratio = SEVERAL_STEPS if len(plan.steps) > 1 else ONE_LAYER if garment.layers == 1 else TWO_LAYERS
+    ratio = 1.5 if len(plan.steps) > 1 else 2.0 if garment.layers == 1 else 1.7  # loops of earlier steps spring open
     try:
         made = make_garment(source.name, source.size, garment.material, ratio * garment.spacing, source.scale)
         ideal_folds(made, plan, hands)
     except InputError:
         return garment, 1.0
-    if not MIN_VERTICES <= len(made.vertices) < len(garment.vertices):
+    if not 250 <= len(made.vertices) < len(garment.vertices):
         return garment, 1.0
     return replace(made, source=source), ratio**2
 

@@ -25,8 +25,6 @@ from tatamu.simulation.material import Material, Number
 
 FLAT = 2.396
 """The constant c of D [-]: twice the integral of sqrt(sin) over a quarter turn."""
-PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
-"""Default sizes of a plate and of a pressing hand, across the fold line and along it [m]."""
 HALF_THICKNESS = 0.005
 """Half the thickness of a plate or a pressing hand [m]."""
 BEYOND = 0.01
@@ -65,7 +63,7 @@ class Press(Record):
 
     @property
     def area(self) -> tuple[float, float]:
-        return self.size or (PLATE if self.tool == "plate" else HAND)
+        return self.size or ((0.06, 0.4) if self.tool == "plate" else (0.02, 0.03))
 
     @property
     def duration(self) -> float:

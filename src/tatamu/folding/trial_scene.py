@@ -9,10 +9,10 @@ import numpy as np
 
 from tatamu.base import curves
 from tatamu.folding.fold import Fold
+from tatamu.folding.grasps import pressed
 from tatamu.folding.hand import HandPath, finger_bodies, leaves
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
 from tatamu.folding.mesh import softened
-from tatamu.folding.pinch import pressed
 from tatamu.folding.press import press_body
 from tatamu.simulation.body import Body
 from tatamu.simulation.material import Material

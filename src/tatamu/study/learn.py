@@ -33,8 +33,7 @@ from tatamu.evaluation.success import Success
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold
 from tatamu.folding.parameters import initial_curves, later_curves, search_space, transfer
-from tatamu.folding.reachable import check_reach
-from tatamu.folding.task import Task, digest
+from tatamu.folding.task import Task, check_reach, digest
 from tatamu.search import Parameters, Proposal, find_search
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.side_by_side import executor_of

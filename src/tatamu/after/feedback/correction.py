@@ -11,9 +11,8 @@ from tatamu.after.feedback.emulator import Emulator
 from tatamu.after.feedback.posterior import Posterior
 from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, hand_errors, mean_world
 from tatamu.folding.fold import Fold as TargetFold
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import HandShift, Manipulation
 from tatamu.folding.marks import MARKS
-from tatamu.folding.shift import HandShift
 from tatamu.study.result import Result
 
 CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "cloth.place", "table.height")

@@ -12,8 +12,8 @@ from tatamu.after.feedback.observe import feedback_of
 from tatamu.after.feedback.posterior import posterior
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, mean_world
+from tatamu.folding.manipulation import HandShift
 from tatamu.folding.parameters import Grasps, transfer
-from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task
 from tatamu.search import Parameters
 from tatamu.study.result import Result

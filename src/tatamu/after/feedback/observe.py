@@ -17,7 +17,7 @@ from tatamu.after.feedback.posterior import IMPLAUSIBLE, Fold, Posterior, poster
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, split
 from tatamu.evaluation.draws import Progress
-from tatamu.folding.shift import HandShift
+from tatamu.folding.manipulation import HandShift
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 

@@ -10,9 +10,8 @@ from tatamu.after.feedback.correction import MIN_SHIFT, Correction, Expected
 from tatamu.after.feedback.observe import Feedback
 from tatamu.after.margins.texts import TITLES, amount
 from tatamu.evaluation.disturbances import CHANNELS
-from tatamu.folding.manipulation import HANDS
+from tatamu.folding.manipulation import HANDS, HandShift
 from tatamu.folding.marks import MARKS
-from tatamu.folding.shift import HandShift
 from tatamu.study.result import Result
 
 MARK_TITLES = {
