@@ -20,9 +20,8 @@ from pydantic import model_validator
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
+from tatamu.calibration.test import CLOTH, POOR, Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
 from tatamu.simulation.material import GRAVITY, Material
@@ -34,8 +33,6 @@ from tatamu.simulation.settling import settling
 
 COLUMNS = 6
 """Number of mesh cells across the simulated strip."""
-SLIMMEST, WIDEST = 0.02, 0.34
-"""Smallest and largest allowed ratio of a strip's width to its length."""
 RELAXATIONS = 14.0
 """Duration of the simulation, multiplied by the frequency of the strip's slowest motion [-]."""
 ASIDE = 1.1
@@ -60,10 +57,9 @@ class BiasReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if not lying < hung < 1.5 * lying:
             raise ValueError(f"L1 ({hung:g} m, hanging) must be above L2 ({lying:g} m, lying) and below 1.5 L2")
-        if not SLIMMEST <= self.width / lying <= WIDEST:
+        if not 0.02 <= self.width / lying <= 0.34:
             raise ValueError(
-                f"width ({self.width:g} m) must be {SLIMMEST:g} to {WIDEST:g} of L2 ({lying:g} m), so that the strip "
-                "is slim"
+                f"width ({self.width:g} m) must be 0.02 to 0.34 of L2 ({lying:g} m), so that the strip is slim"
             )
         return self
 

@@ -18,9 +18,8 @@ import numpy as np
 from pydantic import model_validator
 
 from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.readings import Angles, Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
+from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Readings, Specimen, Target, strip_profile, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
@@ -36,8 +35,6 @@ HELD_ROWS = 2
 COLUMNS = 6
 THIN = 0.25
 """Maximum thickness of the simulated band, in mesh rows, so that its layers do not touch."""
-FIRST_MODE = 3.52
-"""Lowest angular frequency of a strip that is clamped at one end, in units of sqrt(B / rho) / L^2."""
 PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
 """When the hinge is closed, released and at rest, in units of 1 / (its lowest angular frequency)."""
 WIDEST = 120.0
@@ -126,7 +123,8 @@ class PressedCrease(ElasticTest):
         last = int(self._rows.max())
         lower, upper = self._rows <= HELD_ROWS, self._rows >= last - HELD_ROWS
         down = self.apart - float(np.ptp(folded[:, 2]))
-        rate = FIRST_MODE * float(np.sqrt(material.bending_rigidity / material.areal_density)) / self.gap**2
+        # the lowest angular frequency of a strip that is clamped at one end
+        rate = 3.52 * float(np.sqrt(material.bending_rigidity / material.areal_density)) / self.gap**2
         thin = min(material.thickness, THIN * self.gap / (CELLS + 1))
         return Scene(
             cloth=Cloth(vertices=folded, faces=faces, rest_vertices=flat),
@@ -156,7 +154,7 @@ class PressedCrease(ElasticTest):
 
     def side(self, positions: np.ndarray) -> np.ndarray:
         """Return the band as seen from the side: the mean position of each mesh row [m], shape (rows, 2)."""
-        return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
+        return strip_profile(self.mesh[0][:, 0], positions)
 
     def guess(self, arc: float, material: Material) -> float:
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3

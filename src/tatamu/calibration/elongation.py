@@ -16,9 +16,8 @@ from pydantic import Field, model_validator
 from tatamu.base.errors import InputError
 from tatamu.base.records import Record
 from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Target, millimetres
+from tatamu.calibration.test import CLOTH, POOR, ElasticTest, Readings, Specimen, Target, millimetres
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
@@ -30,13 +29,7 @@ from tatamu.simulation.settling import settling
 
 RELAXATIONS = 14.0
 """Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-]."""
-LAYERS_APART = 2.0
-"""Initial distance between the layers, in thicknesses. Contact would push closer layers apart in the grip."""
-SAME_END = 2e-3
-"""Vertices less than this height above the lowest vertex belong to the garment's lower end [m]."""
 
-OTHER_GARMENT = 0.25
-"""Maximum relative difference between L2 and the simulated garment's length. Beyond, another garment was measured."""
 HUNG_BY = {"towel": ["bottom"], "tshirt": ["left_shoulder", "right_shoulder"], "trousers": ["waist"]}
 """Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
 
@@ -102,7 +95,7 @@ class Elongation(ElasticTest):
     def of(cls, entry: ElongationReadings, specimen: Specimen) -> Self:
         test = cls(specimen.garment, tuple(entry.grasps))
         lying = float(np.mean(entry.L2))
-        if abs(lying / test.length - 1.0) > OTHER_GARMENT:
+        if abs(lying / test.length - 1.0) > 0.25:
             raise InputError(
                 f"elongation: L2 ({lying:g} m) does not fit this garment, which lies {test.length:.2f} m long from the "
                 "grip to its farthest end; check its size and the grasps"
@@ -140,7 +133,7 @@ class Elongation(ElasticTest):
     def end(self) -> np.ndarray:
         """Vertices of the end that is farthest below the grips."""
         below = self.plan[:, 1]
-        return np.flatnonzero(below > below.max() - SAME_END)
+        return np.flatnonzero(below > below.max() - 2e-3)
 
     @property
     def length(self) -> float:
@@ -152,7 +145,7 @@ class Elongation(ElasticTest):
 
     def scene(self, material: Material) -> Scene:
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
-        apart = LAYERS_APART * self.garment.vertices[:, 2]
+        apart = 2.0 * self.garment.vertices[:, 2]  # contact would push closer layers apart in the grip
         cloth = self.garment.cloth()
         start = np.column_stack([apart, self.plan[:, 0], -self.plan[:, 1]])
         grippers = [Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in self.held]

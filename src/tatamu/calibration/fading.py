@@ -30,8 +30,6 @@ from tatamu.simulation.scene import Scene
 
 MORE = 1.3
 """Factor from the counted to the simulated number of swings, which has two more."""
-MAX_READING = 200.0
-"""Maximum of the simulated reading, also for swings that do not fade."""
 WITHIN = 5e-3
 """Largest accepted difference between the simulated and the counted number of swings, as a fraction."""
 
@@ -97,7 +95,8 @@ class Fading(SwungTest):
         if inverse[-1] >= 1.0 / self.to:
             return float(np.interp(1.0 / self.to, inverse, numbers))
         slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
-        return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MAX_READING))
+        ends = numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9)
+        return float(min(ends, 200.0))  # also for swings that do not fade
 
     def guess(self, count: float, material: Material) -> float:
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside

@@ -18,9 +18,18 @@ from pydantic import model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
+from tatamu.calibration.test import (
+    CLOTH,
+    DASH,
+    ElasticTest,
+    Readings,
+    Specimen,
+    Target,
+    millimetres,
+    strip_profile,
+    textbook_spread,
+)
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -30,18 +39,12 @@ from tatamu.simulation.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`tests/physics/chain.py`)."""
-LIES = 4.0
-"""Length of cloth on either side of the crease, in heights of the loop. 3.85 act like infinite length."""
 CELL = 0.2
 """Edge length of the mesh divided by the height of the loop."""
 COLUMNS = 6
 HELD_ROWS = 2
 LINKS = 200
-LAYS = 0.3
-"""Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
 RELAXATIONS = 20.0
-MAX_LOOP = 0.3
-"""Maximum height of a fold of cloth [m]."""
 
 
 class LoopReadings(TestEntry):
@@ -52,9 +55,9 @@ class LoopReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if max(self.height) > MAX_LOOP:
+        if max(self.height) > 0.3:
             raise ValueError(
-                f"height ({max(self.height):g} m) must be at most {MAX_LOOP:g} m, as high as a fold of cloth "
+                f"height ({max(self.height):g} m) must be at most 0.3 m, as high as a fold of cloth "
                 "stands; is the height in metres?"
             )
         return self
@@ -106,7 +109,8 @@ class Loop(ElasticTest):
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the unfolded strip [m], shape (n, 3), along x from x = 0, and its triangles."""
         row = np.sqrt(0.75) * self.edge
-        rows = 2 * int(np.ceil(LIES * self.height / row)) + 2 * HELD_ROWS
+        # 3.85 heights of the loop on either side of the crease act like infinite length
+        rows = 2 * int(np.ceil(4.0 * self.height / row)) + 2 * HELD_ROWS
         vertices, faces = staggered_rectangle(COLUMNS * self.edge, rows * row, self.edge)
         return vertices - [vertices[:, 0].min(), 0.0, 0.0], faces
 
@@ -129,9 +133,7 @@ class Loop(ElasticTest):
             table=Table(),
             grippers=[
                 Gripper(vertices=lower, times=[0.0], displacements=np.zeros((1, 3))),
-                Gripper(
-                    vertices=upper, times=[0.0, LAYS * duration], displacements=np.array([[0, 0, 0], [0, 0, down]])
-                ),
+                Gripper(vertices=upper, times=[0.0, 0.3 * duration], displacements=np.array([[0, 0, 0], [0, 0, down]])),
             ],
             duration=duration,
             frame_rate=30.0,

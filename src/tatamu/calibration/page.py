@@ -59,6 +59,8 @@ def page(calibration: Calibration) -> str:
 def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
     test = calibration.setup.tests[fit.test]
     value, spread = shown(calibration, fit.parameter)
+    shape = calibration.shapes[fit.test]
+    drawn = shape is not None or not isinstance(test, RestTest)
     return ShownFit(
         name=fit.test,
         title=test.title,
@@ -67,14 +69,8 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
         relation="is" if fit.bound else "=",
         value=value,
         spread=spread,
-        picture=Markup(_drawing(test, calibration.shapes[fit.test])),
+        picture=Markup(test.drawing(np.empty((0, 3)) if shape is None else shape) if drawn else ""),
     )
-
-
-def _drawing(test: CalibrationTest, shape: np.ndarray | None) -> str:
-    if shape is not None:
-        return test.drawing(shape)
-    return "" if isinstance(test, RestTest) else test.drawing(np.empty((0, 3)))
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:

@@ -24,9 +24,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
-from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.readings import Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
+from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Readings, Specimen, Target, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout

@@ -22,9 +22,19 @@ from tatamu.base.errors import InputError
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Distances, Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
+from tatamu.calibration.test import (
+    CLOTH,
+    DASH,
+    Changes,
+    LaterTest,
+    Readings,
+    RestTest,
+    Specimen,
+    Target,
+    millimetres,
+    strip_profile,
+)
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
 from tatamu.simulation.material import GRAVITY, Material
@@ -139,12 +149,9 @@ class Push(LaterTest, RestTest):
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        return float((rollout.positions[frame] - rollout.positions[0])[self._far, 0].mean())
-
-    @cached_property
-    def _far(self) -> np.ndarray:
         along = self.mesh[0][:, 0]
-        return along > along.max() - 1e-9
+        far = along > along.max() - 1e-9
+        return float((rollout.positions[frame] - rollout.positions[0])[far, 0].mean())
 
     def guess(self, moved: float, material: Material) -> float:
         weight = material.friction_table * material.areal_density * GRAVITY

@@ -21,9 +21,19 @@ from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import longest_edge, named_edge
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
-from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
+from tatamu.calibration.test import (
+    CLOTH,
+    DASH,
+    POOR,
+    ElasticTest,
+    Readings,
+    Specimen,
+    Target,
+    millimetres,
+    strip_profile,
+    textbook_spread,
+)
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
@@ -36,20 +46,15 @@ from tatamu.simulation.settling import settling
 
 CELLS = 12
 """Number of mesh rows in front of the grip."""
-MIN_CELLS, MAX_CELLS = 3, 24
 HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
 """Columns of the mesh, and columns if the mesh spacing is given. Some simulators give vertices at the border the mass
 of inner vertices, so a strip with few columns weighs too much."""
-THIN = 0.25
-"""Largest thickness of the simulated strip, divided by the shortest edge of its mesh."""
 RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Values of Gamma that a ruler can distinguish."""
 STIFFEST, LIMPEST = 0.02, 0.96
 """Minimum and maximum ratio of sag to free length that determines the bending rigidity. Others only bound it."""
-MIN_EDGE = 1.5
-"""Minimum ratio of the edge's length to the free length. Ends of a shorter edge hang differently from its middle."""
 BEST = 1.8
 """Ratio of free length to bending length that is proposed: the sag is about half of the free length."""
 MIN_FREE = 0.025
@@ -111,10 +116,10 @@ class Sag(ElasticTest):
         garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
         along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        if along < MIN_EDGE * test.free_length:
+        if along < 1.5 * test.free_length:
             raise InputError(
                 f"sag: edge {entry.edge} is {along:.2f} m long; with a free length of {test.free_length:g} m its ends "
-                f"hang differently from its middle: choose a free length up to {along / MIN_EDGE:.2f} m, or a "
+                f"hang differently from its middle: choose a free length up to {along / 1.5:.2f} m, or a "
                 "longer edge"
             )
         return test
@@ -128,7 +133,7 @@ class Sag(ElasticTest):
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The strip's points [m], shape (n, 3), its triangles, and its held vertices. The edge is at x = 0."""
         wanted = CELLS if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
-        cells = int(np.clip(round(wanted), MIN_CELLS, MAX_CELLS))
+        cells = int(np.clip(round(wanted), 3, 24))
         row = self.free_length / (cells + 0.5)
         rows = cells + HELD_ROWS
         rows += rows % 2
@@ -157,7 +162,7 @@ class Sag(ElasticTest):
         """Return a thickness with which neighbouring triangles do not touch [m]. It has no other effect."""
         vertices, faces, _ = self.mesh
         shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
-        return min(material.thickness, THIN * shortest)
+        return min(material.thickness, 0.25 * shortest)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())

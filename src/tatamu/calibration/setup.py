@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tatamu.calibration.measurements import Measurements
-from tatamu.calibration.registry import TESTS
+from tatamu.calibration.measurements import TESTS, Measurements
 from tatamu.calibration.test import CalibrationTest, Specimen
 from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.simulation.material import Material, load_material
@@ -26,7 +25,7 @@ class Setup:
     base: Material
     """The material before the calibration."""
     tests: Mapping[str, CalibrationTest]
-    """Tests by their names, in the order of the registry."""
+    """Tests by their names, in the order of `TESTS`."""
     assumed: tuple[str, ...] = ()
     """Fields of the material that the measurements file may state, but does not state."""
 

@@ -4,7 +4,7 @@ Each test is one module, and texts/NAME.toml has what the user is told to do and
 
 - `ElasticTest`: a length at rest. The parameters of these tests are found together, because each length depends on
   stretch stiffness, bending rigidity and friction of bending.
-- `LaterTest`: a test that finds its parameter when these three are known, in the order of the registry.
+- `LaterTest`: a test that finds its parameter when these three are known, in the order of `measurements.TESTS`.
 """
 
 from __future__ import annotations
@@ -282,3 +282,20 @@ def textbook_spread(guess: Guess, reading: Reading) -> float:
 def millimetres(length: float) -> str:
     """Return a length [m] as text in millimetres."""
     return f"{1e3 * length:.1f} mm"
+
+
+CLOTH = "plot"
+"""Name of the colour with which drawings show cloth."""
+DASH = 4.0
+"""Length of the dashes of auxiliary lines [pixels]."""
+
+
+def strip_profile(along: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Return the side view of a strip: the mean position of each row of vertices [m], shape (rows, 2).
+
+    Args:
+        along: Coordinate of each vertex along the unfolded strip [m], shape (n,).
+        positions: Positions [m], shape (n, 3).
+    """
+    along = along.round(6)
+    return np.array([positions[along == row][:, [0, 2]].mean(axis=0) for row in np.unique(along)])
