@@ -61,7 +61,10 @@ def calibrate(
     elastic = _elastic(laboratory, groups, _start(setup, readings, groups))
     material = elastic.material
     fits = [fit for group in groups.values() for fit in elastic.fits(laboratory, group)]
-    shapes = {target.test.name: _shape(laboratory, target, material) for group in groups.values() for target in group}
+    shapes: dict[str, np.ndarray | None] = {}
+    for target in (each for group in groups.values() for each in group):
+        laboratory.reading(target.test, material)
+        shapes[target.test.name] = laboratory.shape(target.test.name, material)
     for test in tests:
         if not isinstance(test, LaterTest):
             continue
@@ -104,14 +107,6 @@ class ElasticMatch:
             target.fit(self.matches[target.test.name], laboratory.reading(target.test, self.material), shared=True)
             for target in group
         ]
-
-
-def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.ndarray | None:
-    """Return the positions of a test's cloth at rest [m], shape (n, 3), simulated with this material."""
-    name = target.test.name
-    if laboratory.shape(name, material) is None:
-        laboratory.reading(target.test, material)
-    return laboratory.shape(name, material)
 
 
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:

@@ -32,13 +32,6 @@ ARM = 0.03
 CELLS = 12
 """Mesh rows between the held ends. The cloth also bends over half a row at each end, so the gap is 13 rows."""
 HELD_ROWS = 2
-COLUMNS = 6
-THIN = 0.25
-"""Maximum thickness of the simulated band, in mesh rows, so that its layers do not touch."""
-PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
-"""When the hinge is closed, released and at rest, in units of 1 / (its lowest angular frequency)."""
-WIDEST = 120.0
-"""Maximum angle that determines the friction of bending [degrees]. A larger one only bounds it."""
 MIN_GAP = 1.5
 """Minimum length of the band, in thicknesses of both boards, around which the band goes."""
 
@@ -101,7 +94,7 @@ class PressedCrease(ElasticTest):
         """Mesh of the unfolded band: points [m], shape (n, 3), and triangles. The length of the band is along x."""
         row = self.gap / (CELLS + 1)
         edge = row / ROW
-        return staggered_rectangle(COLUMNS * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
+        return staggered_rectangle(6 * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
 
     @cached_property
     def _rows(self) -> np.ndarray:
@@ -125,7 +118,7 @@ class PressedCrease(ElasticTest):
         down = self.apart - float(np.ptp(folded[:, 2]))
         # the lowest angular frequency of a strip that is clamped at one end
         rate = 3.52 * float(np.sqrt(material.bending_rigidity / material.areal_density)) / self.gap**2
-        thin = min(material.thickness, THIN * self.gap / (CELLS + 1))
+        thin = min(material.thickness, 0.25 * self.gap / (CELLS + 1))  # so that the layers do not touch
         return Scene(
             cloth=Cloth(vertices=folded, faces=faces, rest_vertices=flat),
             material=settling(material, rate).model_copy(update={"thickness": thin}),
@@ -133,13 +126,13 @@ class PressedCrease(ElasticTest):
                 Gripper(vertices=np.flatnonzero(lower).tolist(), times=[0.0], displacements=np.zeros((1, 3))),
                 Gripper(
                     vertices=np.flatnonzero(upper).tolist(),
-                    times=[0.0, PRESSED / rate],
+                    times=[0.0, 10.0 / rate],  # closed
                     displacements=np.array([[0, 0, 0], [0, 0, down]]),
-                    opens=HELD / rate,
+                    opens=15.0 / rate,  # released
                 ),
             ],
             gravity=0.0,
-            duration=RESTS / rate,
+            duration=40.0 / rate,  # at rest
             frame_rate=rate,
         )
 
@@ -161,7 +154,7 @@ class PressedCrease(ElasticTest):
 
     def target(self, readings: Readings) -> Target:
         arc = readings["angle"]
-        widest = ARM * np.radians(WIDEST)
+        widest = ARM * np.radians(120.0)  # a larger angle only bounds the friction of bending
         return Target(
             test=self,
             measured=arc.value,
@@ -178,15 +171,13 @@ class PressedCrease(ElasticTest):
         )
         return f"Remaining angle: measured {measured:.1f} ± {error:.1f}°, simulated {simulated:.1f}°."
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if fit.bound is None:
-            return []
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         friction = 1e3 * estimate.material.bending_hysteresis
         stays, other = ("hardly bent", "longer") if fit.bound == "at most" else ("nearly closed", "shorter")
-        return [
+        return (
             f"crease: the hinge stays {stays}, which says only that HB is {fit.bound} {friction:.2g} mN; a {other} gap "
             "would tell more."
-        ]
+        )
 
     def drawing(self, shape: np.ndarray) -> str:
         side = self.side(shape)

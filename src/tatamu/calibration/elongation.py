@@ -27,9 +27,6 @@ from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
 from tatamu.simulation.settling import settling
 
-RELAXATIONS = 14.0
-"""Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-]."""
-
 HUNG_BY = {"towel": ["bottom"], "tshirt": ["left_shoulder", "right_shoulder"], "trousers": ["waist"]}
 """Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
 
@@ -153,7 +150,7 @@ class Elongation(ElasticTest):
             cloth=cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest}),
             material=settling(material, rate),
             grippers=grippers,
-            duration=RELAXATIONS / rate,
+            duration=14.0 / rate,  # until the slowest motion has died out
             frame_rate=30.0,
         )
 
@@ -161,7 +158,9 @@ class Elongation(ElasticTest):
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
-        longer, error = self.measured(readings)
+        hanging, lying = readings["L1"], readings["L2"]
+        longer = hanging.value - lying.value
+        error = float(np.hypot(hanging.uncertainty, lying.uncertainty))
         return Target(
             test=self,
             measured=longer,
@@ -170,21 +169,20 @@ class Elongation(ElasticTest):
             straight=lambda value: float(np.log(max(value, 1e-9))),
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        stiffness = estimate.material.stretch_stiffness
-        read = f"elongation: {millimetres(fit.measured)}"
-        if fit.bound:
-            return [
-                f"{read} is within its reading error ({millimetres(fit.uncertainty)}), so Y is at least "
-                f"{stiffness:.0f} N/m, which is enough for folding."
-            ]
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+        return (
+            f"elongation: {millimetres(fit.measured)} is within its reading error ({millimetres(fit.uncertainty)}), so "
+            f"Y is at least {estimate.material.stretch_stiffness:.0f} N/m, which is enough for folding."
+        )
+
+    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
         relative = estimate.relative("stretch_stiffness")
         if relative <= POOR:
             return []
         return [
-            f"{read} read to {millimetres(fit.uncertainty)} gives Y only to within {100 * relative:.0f} %. Read L1 and "
-            "L2 more often, or hang the garment so that it is longer, because elongation grows with the square of the "
-            "length."
+            f"elongation: {millimetres(fit.measured)} read to {millimetres(fit.uncertainty)} gives Y only to within "
+            f"{100 * relative:.0f} %. Read L1 and L2 more often, or hang the garment so that it is longer, because "
+            "elongation grows with the square of the length."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:

@@ -153,14 +153,12 @@ class Slope(LaterTest):
             f"tan θ = {self.textbook:.3f}."
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if not fit.bound:
-            return []
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
-        return [
+        return (
             f"friction: {estimate.simulator} {does}, so tan(theta) is used, although {estimate.simulator} cannot "
             "reproduce the slope."
-        ]
+        )
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         off = estimate.material.friction_table / self.textbook - 1.0

@@ -39,12 +39,8 @@ from tatamu.simulation.settling import settling
 
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`tests/physics/chain.py`)."""
-CELL = 0.2
-"""Edge length of the mesh divided by the height of the loop."""
-COLUMNS = 6
 HELD_ROWS = 2
 LINKS = 200
-RELAXATIONS = 20.0
 
 
 class LoopReadings(TestEntry):
@@ -103,7 +99,7 @@ class Loop(ElasticTest):
     @property
     def edge(self) -> float:
         """Edge length of the mesh [m]. Triangles must be larger than the thickness of the cloth."""
-        return self.spacing or max(CELL * self.height, 2.0 * self.thickness)
+        return self.spacing or max(0.2 * self.height, 2.0 * self.thickness)
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
@@ -111,7 +107,7 @@ class Loop(ElasticTest):
         row = np.sqrt(0.75) * self.edge
         # 3.85 heights of the loop on either side of the crease act like infinite length
         rows = 2 * int(np.ceil(4.0 * self.height / row)) + 2 * HELD_ROWS
-        vertices, faces = staggered_rectangle(COLUMNS * self.edge, rows * row, self.edge)
+        vertices, faces = staggered_rectangle(6 * self.edge, rows * row, self.edge)
         return vertices - [vertices[:, 0].min(), 0.0, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
@@ -125,7 +121,7 @@ class Loop(ElasticTest):
         lower, upper = (np.flatnonzero(end).tolist() for end in ends)
         down = 1.5 * material.thickness - float(z[ends[1]].mean())
         rate = float(np.sqrt(GRAVITY / self.bending_length))
-        duration = RELAXATIONS / rate
+        duration = 20.0 / rate  # until the slowest motion has died out
         plain = settling(material, rate).model_copy(update={"friction_table": 0.0, "friction_cloth": 0.0})
         return Scene(
             cloth=Cloth(vertices=np.column_stack([x, flat[:, 1], z]), faces=faces, rest_vertices=flat),
@@ -163,13 +159,11 @@ class Loop(ElasticTest):
             spread=textbook_spread(self.guess, height),
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if fit.bound is None:
-            return []
-        return [
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+        return (
             f"loop: {millimetres(fit.measured)} is as low as two layers, so no ruler can read the loop, and B is at "
             f"most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
-        ]
+        )
 
     def drawing(self, shape: np.ndarray) -> str:
         side = strip_profile(self.mesh[0][:, 0], shape)

@@ -15,8 +15,6 @@ import shapely
 from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
-OPENING = 0.6
-"""Radius of the disc, as a fraction of the radius of the largest disc inside the outline."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
 """Directions in which appendages may stick out, in the order in which they are folded; +y is the left."""
 
@@ -54,7 +52,7 @@ def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 def appendages(outline: shapely.Polygon) -> list[Appendage]:
     """Return the appendages of an outline: first those at the left and the right side, then those at the two ends."""
-    radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
+    radius = 0.6 * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)  # of the disc
     body = outline.buffer(-radius).buffer(radius)
     sliver = 0.12 * radius  # half the width of strips along the body, which could join two appendages
     apart = outline.difference(body).buffer(-sliver).buffer(sliver).intersection(outline)

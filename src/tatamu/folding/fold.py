@@ -41,7 +41,7 @@ class Fold:
     fingers: Fingers = field(default_factory=Fingers)
     aim: Aim = field(default_factory=Aim)
     softening: float = 1.0
-    """Divisor of the stretch stiffness in scenes, because large triangles lock (`tatamu.folding.mesh`)."""
+    """Divisor of the stretch stiffness in scenes, because large triangles lock (`learning_mesh` of `task`)."""
     press: Press | None = None
 
     def __repr__(self) -> str:
@@ -108,16 +108,8 @@ class Fold:
 
     def patch(self, vertex: int) -> list[int]:
         """Return the vertices that fingers hold at a vertex: the outermost ones of every layer under their pads."""
-        if vertex not in self._patches:
-            self._patches[vertex] = self._patch(vertex)
-        return list(self._patches[vertex])
-
-    @cached_property
-    def _patches(self) -> dict[int, list[int]]:
-        """Held vertices of each vertex that was grasped so far. All trials use the same few grasps."""
-        return {}
-
-    def _patch(self, vertex: int) -> list[int]:
+        if vertex in self._patches:
+            return list(self._patches[vertex])
         spacing = self.garment.spacing
         across, along = self.crease.split(self.start)
         wide = max(self.fingers.width / 2, 1.3 * spacing)  # at least the neighbours of the vertex
@@ -126,7 +118,13 @@ class Fold:
         under = np.flatnonzero(sideways & inwards & (across < 0))
         links = links_within(self._edges, under, len(self.start))
         held = outermost(across[under], along[under], links, spacing)
-        return under[held | (under == vertex)].tolist()
+        self._patches[vertex] = under[held | (under == vertex)].tolist()
+        return list(self._patches[vertex])
+
+    @cached_property
+    def _patches(self) -> dict[int, list[int]]:
+        """Held vertices of each vertex that was grasped so far. All trials use the same few grasps."""
+        return {}
 
     @cached_property
     def _edges(self) -> np.ndarray:

@@ -27,8 +27,6 @@ FLAT = 2.396
 """The constant c of D [-]: twice the integral of sqrt(sin) over a quarter turn."""
 HALF_THICKNESS = 0.005
 """Half the thickness of a plate or a pressing hand [m]."""
-BEYOND = 0.01
-"""Distance by which a plate extends beyond the fold line [m]."""
 RESTS = 0.3
 """Time for the cloth to fall before the pressing, and to rise after it [s]."""
 MOVES = 0.4
@@ -112,7 +110,8 @@ def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: flo
         heights.append(before[1] + share * (height - before[1]))
         places.append(before[2] + share * (place - before[2]))
     count = 1 + KNOTS * len(legs)
-    plane = line.join(np.full(count, 0.5 * across - BEYOND), np.concatenate(places))
+    # a plate extends beyond the fold line
+    plane = line.join(np.full(count, 0.5 * across - 0.01), np.concatenate(places))
     turned = 0.5 * float(np.arctan2(line.normal[1], line.normal[0]))
     return Body(
         name=f"pressing {press.tool}",

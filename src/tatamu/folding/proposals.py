@@ -58,11 +58,6 @@ def propose(garment: Garment) -> list[Proposal]:
     )  # The sort is stable, so equally good proposals keep their order.
 
 
-def best_plan(garment: Garment) -> Plan:
-    """Return the best fold plan for a garment's outline."""
-    return propose(garment)[0].plan
-
-
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
     """Return the names and the folds of plans to try, the most common plan for such a garment first."""
     outline = silhouette(garment)

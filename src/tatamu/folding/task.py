@@ -18,7 +18,6 @@ from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
 from tatamu.folding.manipulation import HandShift, Manipulation, bezier_manipulation, shifted
-from tatamu.folding.mesh import learning_mesh
 from tatamu.folding.parameters import search_space
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
@@ -188,6 +187,31 @@ def make_task(
     garment, softening = learning_mesh(made, plan, hands) if coarse else (made, 1.0)
     asked = _asked(made, fold, hands, reach)
     return Task(garment, plan, simulator, hands, reach, asked, fingers or Fingers(), softening=softening)
+
+
+def learning_mesh(garment: Garment, plan: Plan, hands: int | None) -> tuple[Garment, float]:
+    """Return a garment on the mesh on which it is folded, and the divisor k^2 of its stretch stiffness.
+
+    Large triangles lock: where cloth curves in two directions, they must stretch instead of bend, and the cloth seems
+    too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B.
+    On a mesh whose spacing is k times the garment's own, scenes therefore have the stretch stiffness Y / k^2.
+
+    The ratios k are the largest for which a fold succeeds on this mesh whenever it does on a mesh of half the spacing,
+    in at least 95 of 100 scenarios (`make meshes`, docs/notes/learning.md). A garment keeps its mesh if its spacing was
+    given, if `make_garment` did not make it, and if it is small.
+    """
+    source = garment.source
+    if source is None or garment.spacing_given:
+        return garment, 1.0
+    ratio = 1.5 if len(plan.steps) > 1 else 2.0 if garment.layers == 1 else 1.7  # loops of earlier steps spring open
+    try:
+        made = make_garment(source.name, source.size, garment.material, ratio * garment.spacing, source.scale)
+        ideal_folds(made, plan, hands)
+    except InputError:
+        return garment, 1.0
+    if not 250 <= len(made.vertices) < len(garment.vertices):
+        return garment, 1.0
+    return replace(made, source=source), ratio**2
 
 
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:

@@ -22,9 +22,6 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 RISING = 2.0
 """Time in which the plate rises [s]."""
-SETTLING = 2.0
-"""Time from the end of the rise to the reading [s]."""
-KNOTS = 21
 
 
 @dataclass(frozen=True)
@@ -79,14 +76,14 @@ class Drapemeter:
         height = 0.02 * self.spacing * np.abs(random.standard_normal(len(points)))
         height[self.held] = 0.0
         flat = np.column_stack([points, 0.5 * material.thickness + height])
-        u = np.linspace(0.0, 1.0, KNOTS)
+        u = np.linspace(0.0, 1.0, 21)
         path = np.outer(minimum_jerk(u), [0.0, 0.0, 0.1])  # higher than the cloth that hangs down is long
         return Scene(
             cloth=Cloth(vertices=flat, faces=faces, rest_vertices=self.unstrained),
             material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),
             table=Table(),
             grippers=[Gripper(vertices=self.held.tolist(), times=(RISING * u).tolist(), displacements=path)],
-            duration=RISING + SETTLING,
+            duration=RISING + 2.0,
             frame_rate=10.0,
         )
 
