@@ -336,7 +336,7 @@ def test_a_command_that_is_killed_counts_a_fold_once(learned: Result) -> None:
     folder = FeedbackFolder.of(learned.folder or Path())
     values = {"left": (0.012, 0.0), "right": (0.012, 0.0)}
     wanted = tt.observe(replace(learned, folder=None), **values)  # type: ignore[arg-type]
-    writes = ("feedback.folder.write_text", "feedback.page.write_text", "feedback.folder.write_json")
+    writes = ("feedback.folder.write_text", "feedback.page.write_text", "feedback.observe.write_json")
     for name in writes:
         with patch(f"tatamu.after.{name}", side_effect=KeyboardInterrupt), pytest.raises(KeyboardInterrupt):
             tt.observe(learned, **values)  # type: ignore[arg-type]
