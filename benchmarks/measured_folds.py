@@ -29,9 +29,9 @@ from tatamu.after.feedback.correction import added, shifts_against
 from tatamu.api import learn
 from tatamu.evaluation.disturbances import Split, World, hand_failure, split
 from tatamu.evaluation.nominal import Nominal
+from tatamu.folding.manipulation import HandShift
 from tatamu.folding.marks import MARKS, marks
 from tatamu.folding.score import Score
-from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.side_by_side import processors
 from tatamu.study.folder import ResultFolder

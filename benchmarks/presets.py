@@ -15,8 +15,7 @@ from typing import Any
 
 from benchmarks.tables import markdown, merged, publish, published
 from tatamu.base.errors import InputError
-from tatamu.folding.reachable import check_reach
-from tatamu.folding.task import Reach, make_task
+from tatamu.folding.task import Reach, check_reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load
 from tatamu.robots.catalog import NAMES
 

@@ -206,7 +206,7 @@ class Halving(Search):
 
 
 def test_a_search_of_ones_own_learns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.search.registry._REGISTERED", {})
+    monkeypatch.setattr("tatamu.search.search._REGISTERED", {})
     register_search("halving", Halving)
     for trials in (3, 7):
         result = learn_plain(tiny(), tmp_path, sampler="halving", trials=trials, baselines=False)
@@ -227,7 +227,7 @@ class Beyond(Search):
 
 
 def test_a_search_that_leaves_its_space_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tatamu.search.registry._REGISTERED", {"beyond": Beyond})
+    monkeypatch.setattr("tatamu.search.search._REGISTERED", {"beyond": Beyond})
     with pytest.raises(InputError, match=r"sampler: beyond proposed .*x1: must be a number from 0 to .*given 10"):
         learn_plain(tiny(), None, sampler="beyond", trials=2)
 

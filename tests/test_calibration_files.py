@@ -10,8 +10,7 @@ import tomli_w
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import validated
-from tatamu.calibration.guide import instructions, template
-from tatamu.calibration.measurements import load_measurements
+from tatamu.calibration.measurements import instructions, load_measurements, template
 from tatamu.garments import GARMENTS, make_garment
 from tatamu.simulation.material import load_material, preset_names
 from tatamu.simulation.presets import Preset, load_preset

@@ -10,10 +10,9 @@ import pytest
 
 from tatamu.calibration import Measurements
 from tatamu.calibration.advice import NAMES
-from tatamu.calibration.guide import instructions, table
+from tatamu.calibration.measurements import TESTS, instructions, table
 from tatamu.calibration.parameters import LIMITS, PARAMETERS
 from tatamu.calibration.readings import Errors
-from tatamu.calibration.registry import TESTS
 from tatamu.calibration.setup import setup_of
 from tatamu.calibration.test import ElasticTest, LaterTest
 from tatamu.garments import make_garment

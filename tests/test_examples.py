@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tatamu import garments
-from tatamu.search import registry
+from tatamu.search import search
 from tatamu.simulation import simulators
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -22,7 +22,7 @@ def _own_registries(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, names in (
         (garments, ("GARMENTS", "DESCRIPTIONS")),
         (simulators, ("SIMULATORS",)),
-        (registry, ("_REGISTERED",)),
+        (search, ("_REGISTERED",)),
     ):
         for name in names:
             monkeypatch.setattr(module, name, dict(getattr(module, name)))

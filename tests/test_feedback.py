@@ -37,8 +37,8 @@ from tatamu.evaluation.disturbances import (
 )
 from tatamu.evaluation.disturbances.systematic import share
 from tatamu.evaluation.outcome import Outcome
+from tatamu.folding.manipulation import HandShift
 from tatamu.folding.marks import MARKS, marks
-from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.rollout import Rollout
 from tatamu.study.options import LearnOptions
@@ -336,7 +336,7 @@ def test_a_command_that_is_killed_counts_a_fold_once(learned: Result) -> None:
     folder = FeedbackFolder.of(learned.folder or Path())
     values = {"left": (0.012, 0.0), "right": (0.012, 0.0)}
     wanted = tt.observe(replace(learned, folder=None), **values)  # type: ignore[arg-type]
-    writes = ("feedback.folder.write_text", "feedback.page.write_text", "feedback.folder.write_json")
+    writes = ("feedback.folder.write_text", "feedback.page.write_text", "feedback.observe.write_json")
     for name in writes:
         with patch(f"tatamu.after.{name}", side_effect=KeyboardInterrupt), pytest.raises(KeyboardInterrupt):
             tt.observe(learned, **values)  # type: ignore[arg-type]

@@ -13,8 +13,8 @@ import pytest
 
 from tatamu import InputError
 from tatamu.after.margins import Measured, measure
-from tatamu.after.margins.page import page, sureness
-from tatamu.after.margins.terminal import summary
+from tatamu.after.margins.page import page
+from tatamu.after.margins.texts import summary, sureness
 from tatamu.api import learn, measure_margins
 from tatamu.base.errors import WorkerKilledError
 from tatamu.evaluation.disturbances import Disturbances, World, load_disturbances

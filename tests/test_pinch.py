@@ -8,8 +8,8 @@ import pytest
 from tatamu import Scene, simulate
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.fold import fold_of, ideal_folds
+from tatamu.folding.grasps import APART, outermost, pressed
 from tatamu.folding.manipulation import WAIT, Manipulation, bezier_manipulation
-from tatamu.folding.pinch import APART, outermost, pressed
 from tatamu.folding.plans import make_plan
 from tatamu.folding.task import make_task
 from tatamu.folding.trial_scene import scene_of

@@ -52,8 +52,8 @@ if TYPE_CHECKING:  # the one list of public names, for type checkers; when one i
     from tatamu.policies.dataset import replay as replay
     from tatamu.robots.constraint import find_reach as find_reach
     from tatamu.search.gp import GPSearch as GPSearch
-    from tatamu.search.registry import register_search as register_search
     from tatamu.search.search import Search as Search
+    from tatamu.search.search import register_search as register_search
     from tatamu.search.space import Bounds as Bounds
     from tatamu.search.space import Space as Space
     from tatamu.simulation.material import Material as Material

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.calibration.estimate import Fit
+from tatamu.calibration.measurements import TESTS
 from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS
-from tatamu.calibration.registry import TESTS
 from tatamu.calibration.result import Calibration
 from tatamu.calibration.test import millimetres
 from tatamu.show.quantity import filed, shown, usual
@@ -35,7 +35,9 @@ NAMES = {
 def advice_on(calibration: Calibration) -> list[str]:
     """Return the advice on a calibration as sentences, the most important sentence first."""
     advice = [text for fit in calibration.fits for text in _of_fit(calibration, fit)]
-    advice += _disagreement(calibration) + _remarks(calibration) + _unused(calibration) + _restless(calibration)
+    advice += _disagreement(calibration)
+    advice += [text for fit in calibration.fits for text in calibration.setup.tests[fit.test].remark(calibration, fit)]
+    advice += _unused(calibration) + _restless(calibration)
     repeated = best_repeat(calibration)
     if repeated is not None:
         name, gains = repeated
@@ -91,10 +93,6 @@ def _disagreement(calibration: Calibration) -> list[str]:
         f"bending: the {says} µN m, because this cloth does not bend in proportion to its curvature. The weighted mean "
         f"{taken:.3g} is used, and its uncertainty covers the difference."
     ]
-
-
-def _remarks(calibration: Calibration) -> list[str]:
-    return [text for fit in calibration.fits for text in calibration.setup.tests[fit.test].remark(calibration, fit)]
 
 
 def _unused(calibration: Calibration) -> list[str]:

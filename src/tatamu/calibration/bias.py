@@ -20,9 +20,8 @@ from pydantic import model_validator
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import POOR, Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
+from tatamu.calibration.test import CLOTH, POOR, Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
 from tatamu.simulation.material import GRAVITY, Material, settling
@@ -30,17 +29,6 @@ from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
-
-COLUMNS = 6
-"""Number of mesh cells across the simulated strip."""
-SLIMMEST, WIDEST = 0.02, 0.34
-"""Smallest and largest allowed ratio of a strip's width to its length."""
-RELAXATIONS = 14.0
-"""Duration of the simulation, multiplied by the frequency of the strip's slowest motion [-]."""
-ASIDE = 1.1
-"""Factor from the shear stiffness to that of a second simulation, for the slope after a search of one simulation."""
-UNKNOWN = 1.0
-"""Standard uncertainty of ln Y if the elongation test only bounds the stretch stiffness Y."""
 
 
 class BiasReadings(TestEntry):
@@ -59,10 +47,9 @@ class BiasReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if not lying < hung < 1.5 * lying:
             raise ValueError(f"L1 ({hung:g} m, hanging) must be above L2 ({lying:g} m, lying) and below 1.5 L2")
-        if not SLIMMEST <= self.width / lying <= WIDEST:
+        if not 0.02 <= self.width / lying <= 0.34:
             raise ValueError(
-                f"width ({self.width:g} m) must be {SLIMMEST:g} to {WIDEST:g} of L2 ({lying:g} m), so that the strip "
-                "is slim"
+                f"width ({self.width:g} m) must be 0.02 to 0.34 of L2 ({lying:g} m), so that the strip is slim"
             )
         return self
 
@@ -98,7 +85,7 @@ class Bias(LaterTest, RestTest):
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the strip [m], shape (n, 2), down from the grip and across, and triangles."""
-        flat, faces = staggered_rectangle(self.width, self.length, self.spacing or self.width / COLUMNS)
+        flat, faces = staggered_rectangle(self.width, self.length, self.spacing or self.width / 6)
         return flat[:, :2] + [0.5 * self.length, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
@@ -115,7 +102,7 @@ class Bias(LaterTest, RestTest):
             ),
             material=settling(material.model_copy(update={"compression": 1.0}), rate),
             grippers=[Gripper(vertices=held.tolist(), times=[0.0], displacements=np.zeros((1, 3)))],
-            duration=RELAXATIONS / rate,
+            duration=14.0 / rate,  # until the slowest motion has died out
             frame_rate=30.0,
         )
 
@@ -142,7 +129,7 @@ class Bias(LaterTest, RestTest):
         target = self.target(readings)
         found = target.matched(laboratory, material, target.start(material))
         if len(found.samples) < 2:  # the first value was right; a second value is needed for the slope
-            beside = ASIDE * found.parameter
+            beside = 1.1 * found.parameter
             also = laboratory.reading(self, material.model_copy(update={self.parameter: beside}))
             found = found.after(((beside, also),))
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
@@ -164,22 +151,21 @@ class Bias(LaterTest, RestTest):
             if name in own:
                 change[shear] += own[name] * readings[name].uncertainty
             if name == "L1" and bounded:
-                change[shear] += yarns * UNKNOWN
+                change[shear] += yarns  # ln Y has a standard uncertainty of 1 if elongation only bounds Y
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         shear = getattr(estimate.material, self.parameter)
-        read = f"bias: {millimetres(fit.measured)}"
-        if fit.bound:
-            return [
-                f"{read} is within its reading error ({millimetres(fit.uncertainty)}), so G is {fit.bound} {shear:.3g} "
-                "N/m. A longer strip would tell more, because its elongation grows with the square of its length."
-            ]
-        relative = estimate.relative(self.parameter)
         return (
-            []
-            if relative <= POOR
-            else [f"{read} gives G only to within {100 * relative:.0f} %; read L1 and L2 more often."]
+            f"bias: {millimetres(fit.measured)} is within its reading error ({millimetres(fit.uncertainty)}), so G is "
+            f"{fit.bound} {shear:.3g} N/m. A longer strip would tell more, because its elongation grows with the "
+            "square of its length."
         )
+
+    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
+        relative, read = estimate.relative(self.parameter), millimetres(fit.measured)
+        if relative <= POOR:
+            return []
+        return [f"bias: {read} gives G only to within {100 * relative:.0f} %; read L1 and L2 more often."]
 
     def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]

@@ -2,7 +2,7 @@
 
 Stretch stiffness, bending rigidity and friction of bending are found in turn, each from its own tests with the other
 two fixed, until none of the three changes. Several tests of one parameter give the weighted mean of their values. The
-tests that need these parameters come later, in the order of `registry`.
+tests that need these parameters come later, in the order of `measurements.TESTS`.
 
 Every parameter is an effective value, with which this simulator reproduces the readings on meshes like those of the
 tests.
@@ -28,8 +28,6 @@ from tatamu.calibration.uncertainty import ELASTIC, Sensitivity, contributions, 
 from tatamu.simulation.material import Material
 from tatamu.simulation.simulators import named
 
-LIGHTEST, HEAVIEST = 0.02, 5.0
-"""Smallest and largest areal density of a fabric [kg/m^2]."""
 Groups = dict[str, list[Target]]
 """The targets of each parameter."""
 
@@ -63,13 +61,18 @@ def calibrate(
     elastic = _elastic(laboratory, groups, _start(setup, readings, groups))
     material = elastic.material
     fits = [fit for group in groups.values() for fit in elastic.fits(laboratory, group)]
-    shapes = {target.test.name: _shape(laboratory, target, material) for group in groups.values() for target in group}
+    shapes: dict[str, np.ndarray | None] = {}
+    for target in (each for group in groups.values() for each in group):
+        laboratory.reading(target.test, material)
+        shapes[target.test.name] = laboratory.shape(target.test.name, material)
     for test in tests:
         if not isinstance(test, LaterTest):
             continue
         material, fit = test.find(laboratory, material, readings)
         fits.append(fit)
         shapes[test.name] = laboratory.shape(test.name, material)
+    measured = {"areal_density", *OPTIONAL, *(test.parameter for test in tests)}
+    assumed = [name for name in PARAMETERS if name not in measured]
     return Calibration(
         material=material,
         simulator=simulator,
@@ -77,7 +80,7 @@ def calibrate(
         fits=tuple(fits),
         contributions=_contributions(laboratory, readings, tests, elastic, fits, material),
         readings=readings,
-        assumed=(*_assumed(tests), *setup.assumed),
+        assumed=(*assumed, *UNMEASURED, *setup.assumed),
         shapes=shapes,
         passes=elastic.passes,
         simulations=laboratory.simulations,
@@ -95,10 +98,6 @@ class ElasticMatch:
     """Result of each test's search, by the name of the test."""
     passes: int
 
-    def telling(self, parameter: str) -> list[Target]:
-        """Return the tests that determine a parameter."""
-        return _telling(self.groups.get(parameter, []), self.matches)
-
     def fits(self, laboratory: Laboratory, group: list[Target]) -> list[Fit]:
         """Return the result of each test of one parameter, with readings simulated with the material that was found."""
         if len(group) == 1:
@@ -110,21 +109,13 @@ class ElasticMatch:
         ]
 
 
-def _shape(laboratory: Laboratory, target: Target, material: Material) -> np.ndarray | None:
-    """Return the positions of a test's cloth at rest [m], shape (n, 3), simulated with this material."""
-    name = target.test.name
-    if laboratory.shape(name, material) is None:
-        laboratory.reading(target.test, material)
-    return laboratory.shape(name, material)
-
-
 def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
     """Return the material with which the search starts, by textbook formulas."""
     density = readings["mass"].value / setup.area
-    if not LIGHTEST <= density <= HEAVIEST:
+    if not 0.02 <= density <= 5.0:
         raise InputError(
             f"mass: {readings['mass'].value:g} kg over the garment's {setup.area:.3f} m² is {density:.3g} kg/m², but "
-            f"fabrics weigh {LIGHTEST:g} to {HEAVIEST:g} kg/m²; are mass (kg) and size (m) those of this garment?"
+            "fabrics weigh 0.02 to 5 kg/m²; are mass (kg) and size (m) those of this garment?"
         )
     material = setup.base.model_copy(update={"areal_density": density})
     guesses = {
@@ -195,7 +186,7 @@ def _contributions(
 
     known = [name for name in ELASTIC if name not in OPTIONAL or elastic.groups.get(name)]
     lengths = {test.name: test for test in tests if isinstance(test, ElasticTest)}
-    telling = {parameter: elastic.telling(parameter) for parameter in ELASTIC}
+    telling = {parameter: _telling(elastic.groups.get(parameter, []), elastic.matches) for parameter in ELASTIC}
     sensitivities = [
         sensitivity(target, float(weight))
         for group in telling.values()
@@ -210,12 +201,6 @@ def _contributions(
         if apart:
             made.setdefault("disagreement", np.zeros(len(PARAMETERS)))[PLACE[parameter]] = apart
     return made
-
-
-def _assumed(tests: list[CalibrationTest]) -> tuple[str, ...]:
-    """Return the fields of the material that no test determines."""
-    measured = {"areal_density", *(test.parameter for test in tests)}
-    return (*(name for name in PARAMETERS if name not in measured and name not in OPTIONAL), *UNMEASURED)
 
 
 def by_parameter(targets: list[Target]) -> dict[str, list[Target]]:

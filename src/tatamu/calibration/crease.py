@@ -18,9 +18,8 @@ import numpy as np
 from pydantic import model_validator
 
 from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.readings import Angles, Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
+from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Readings, Specimen, Target, strip_profile, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
@@ -32,15 +31,6 @@ ARM = 0.03
 CELLS = 12
 """Mesh rows between the held ends. The cloth also bends over half a row at each end, so the gap is 13 rows."""
 HELD_ROWS = 2
-COLUMNS = 6
-THIN = 0.25
-"""Maximum thickness of the simulated band, in mesh rows, so that its layers do not touch."""
-FIRST_MODE = 3.52
-"""Lowest angular frequency of a strip that is clamped at one end, in units of sqrt(B / rho) / L^2."""
-PRESSED, HELD, RESTS = 10.0, 15.0, 40.0
-"""When the hinge is closed, released and at rest, in units of 1 / (its lowest angular frequency)."""
-WIDEST = 120.0
-"""Maximum angle that determines the friction of bending [degrees]. A larger one only bounds it."""
 MIN_GAP = 1.5
 """Minimum length of the band, in thicknesses of both boards, around which the band goes."""
 
@@ -103,7 +93,7 @@ class PressedCrease(ElasticTest):
         """Mesh of the unfolded band: points [m], shape (n, 3), and triangles. The length of the band is along x."""
         row = self.gap / (CELLS + 1)
         edge = row / ROW
-        return staggered_rectangle(COLUMNS * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
+        return staggered_rectangle(6 * edge, (CELLS + 2 * HELD_ROWS) * row, edge)
 
     @cached_property
     def _rows(self) -> np.ndarray:
@@ -125,8 +115,9 @@ class PressedCrease(ElasticTest):
         last = int(self._rows.max())
         lower, upper = self._rows <= HELD_ROWS, self._rows >= last - HELD_ROWS
         down = self.apart - float(np.ptp(folded[:, 2]))
-        rate = FIRST_MODE * float(np.sqrt(material.bending_rigidity / material.areal_density)) / self.gap**2
-        thin = min(material.thickness, THIN * self.gap / (CELLS + 1))
+        # the lowest angular frequency of a strip that is clamped at one end
+        rate = 3.52 * float(np.sqrt(material.bending_rigidity / material.areal_density)) / self.gap**2
+        thin = min(material.thickness, 0.25 * self.gap / (CELLS + 1))  # so that the layers do not touch
         return Scene(
             cloth=Cloth(vertices=folded, faces=faces, rest_vertices=flat),
             material=settling(material, rate).model_copy(update={"thickness": thin}),
@@ -134,13 +125,13 @@ class PressedCrease(ElasticTest):
                 Gripper(vertices=np.flatnonzero(lower).tolist(), times=[0.0], displacements=np.zeros((1, 3))),
                 Gripper(
                     vertices=np.flatnonzero(upper).tolist(),
-                    times=[0.0, PRESSED / rate],
+                    times=[0.0, 10.0 / rate],  # closed
                     displacements=np.array([[0, 0, 0], [0, 0, down]]),
-                    opens=HELD / rate,
+                    opens=15.0 / rate,  # released
                 ),
             ],
             gravity=0.0,
-            duration=RESTS / rate,
+            duration=40.0 / rate,  # at rest
             frame_rate=rate,
         )
 
@@ -155,14 +146,14 @@ class PressedCrease(ElasticTest):
 
     def side(self, positions: np.ndarray) -> np.ndarray:
         """Return the band as seen from the side: the mean position of each mesh row [m], shape (rows, 2)."""
-        return np.array([positions[self._rows == row][:, [0, 2]].mean(axis=0) for row in range(self._rows.max() + 1)])
+        return strip_profile(self.mesh[0][:, 0], positions)
 
     def guess(self, arc: float, material: Material) -> float:
         return arc / ARM / self.gap * material.areal_density * GRAVITY * self.usual**3
 
     def target(self, readings: Readings) -> Target:
         arc = readings["angle"]
-        widest = ARM * np.radians(WIDEST)
+        widest = ARM * np.radians(120.0)  # a larger angle only bounds the friction of bending
         return Target(
             test=self,
             measured=arc.value,
@@ -179,15 +170,13 @@ class PressedCrease(ElasticTest):
         )
         return f"Remaining angle: measured {measured:.1f} ± {error:.1f}°, simulated {simulated:.1f}°."
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if fit.bound is None:
-            return []
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         friction = 1e3 * estimate.material.bending_hysteresis
         stays, other = ("hardly bent", "longer") if fit.bound == "at most" else ("nearly closed", "shorter")
-        return [
+        return (
             f"crease: the hinge stays {stays}, which says only that HB is {fit.bound} {friction:.2g} mN; a {other} gap "
             "would tell more."
-        ]
+        )
 
     def drawing(self, shape: np.ndarray) -> str:
         side = self.side(shape)

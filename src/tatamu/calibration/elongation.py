@@ -16,9 +16,8 @@ from pydantic import Field, model_validator
 from tatamu.base.errors import InputError
 from tatamu.base.records import Record
 from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Target, millimetres
+from tatamu.calibration.test import CLOTH, POOR, ElasticTest, Readings, Specimen, Target, millimetres
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
@@ -27,15 +26,6 @@ from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
 
-RELAXATIONS = 14.0
-"""Duration of the simulation, multiplied by the frequency of the garment's slowest motion [-]."""
-LAYERS_APART = 2.0
-"""Initial distance between the layers, in thicknesses. Contact would push closer layers apart in the grip."""
-SAME_END = 2e-3
-"""Vertices less than this height above the lowest vertex belong to the garment's lower end [m]."""
-
-OTHER_GARMENT = 0.25
-"""Maximum relative difference between L2 and the simulated garment's length. Beyond, another garment was measured."""
 HUNG_BY = {"towel": ["bottom"], "tshirt": ["left_shoulder", "right_shoulder"], "trousers": ["waist"]}
 """Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
 
@@ -101,7 +91,7 @@ class Elongation(ElasticTest):
     def of(cls, entry: ElongationReadings, specimen: Specimen) -> Self:
         test = cls(specimen.garment, tuple(entry.grasps))
         lying = float(np.mean(entry.L2))
-        if abs(lying / test.length - 1.0) > OTHER_GARMENT:
+        if abs(lying / test.length - 1.0) > 0.25:
             raise InputError(
                 f"elongation: L2 ({lying:g} m) does not fit this garment, which lies {test.length:.2f} m long from the "
                 "grip to its farthest end; check its size and the grasps"
@@ -139,7 +129,7 @@ class Elongation(ElasticTest):
     def end(self) -> np.ndarray:
         """Vertices of the end that is farthest below the grips."""
         below = self.plan[:, 1]
-        return np.flatnonzero(below > below.max() - SAME_END)
+        return np.flatnonzero(below > below.max() - 2e-3)
 
     @property
     def length(self) -> float:
@@ -151,7 +141,7 @@ class Elongation(ElasticTest):
 
     def scene(self, material: Material) -> Scene:
         rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
-        apart = LAYERS_APART * self.garment.vertices[:, 2]
+        apart = 2.0 * self.garment.vertices[:, 2]  # contact would push closer layers apart in the grip
         cloth = self.garment.cloth()
         start = np.column_stack([apart, self.plan[:, 0], -self.plan[:, 1]])
         grippers = [Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in self.held]
@@ -159,7 +149,7 @@ class Elongation(ElasticTest):
             cloth=cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest}),
             material=settling(material, rate),
             grippers=grippers,
-            duration=RELAXATIONS / rate,
+            duration=14.0 / rate,  # until the slowest motion has died out
             frame_rate=30.0,
         )
 
@@ -167,7 +157,9 @@ class Elongation(ElasticTest):
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
     def target(self, readings: Readings) -> Target:
-        longer, error = self.measured(readings)
+        hanging, lying = readings["L1"], readings["L2"]
+        longer = hanging.value - lying.value
+        error = float(np.hypot(hanging.uncertainty, lying.uncertainty))
         return Target(
             test=self,
             measured=longer,
@@ -176,21 +168,20 @@ class Elongation(ElasticTest):
             straight=lambda value: float(np.log(max(value, 1e-9))),
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        stiffness = estimate.material.stretch_stiffness
-        read = f"elongation: {millimetres(fit.measured)}"
-        if fit.bound:
-            return [
-                f"{read} is within its reading error ({millimetres(fit.uncertainty)}), so Y is at least "
-                f"{stiffness:.0f} N/m, which is enough for folding."
-            ]
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+        return (
+            f"elongation: {millimetres(fit.measured)} is within its reading error ({millimetres(fit.uncertainty)}), so "
+            f"Y is at least {estimate.material.stretch_stiffness:.0f} N/m, which is enough for folding."
+        )
+
+    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
         relative = estimate.relative("stretch_stiffness")
         if relative <= POOR:
             return []
         return [
-            f"{read} read to {millimetres(fit.uncertainty)} gives Y only to within {100 * relative:.0f} %. Read L1 and "
-            "L2 more often, or hang the garment so that it is longer, because elongation grows with the square of the "
-            "length."
+            f"elongation: {millimetres(fit.measured)} read to {millimetres(fit.uncertainty)} gives Y only to within "
+            f"{100 * relative:.0f} %. Read L1 and L2 more often, or hang the garment so that it is longer, because "
+            "elongation grows with the square of the length."
         ]
 
     def drawing(self, shape: np.ndarray) -> str:

@@ -28,13 +28,6 @@ from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 
-MORE = 1.3
-"""Factor from the counted to the simulated number of swings, which has two more."""
-MAX_READING = 200.0
-"""Maximum of the simulated reading, also for swings that do not fade."""
-WITHIN = 5e-3
-"""Largest accepted difference between the simulated and the counted number of swings, as a fraction."""
-
 
 class FadingReadings(TestEntry):
     """Readings of a cloth that is held by two corners and released from the side, until its swings have faded."""
@@ -87,7 +80,7 @@ class Fading(SwungTest):
         return cls(swinging, entry.to, float(np.mean(entry.count)))
 
     def scene(self, material: Material) -> Scene:
-        return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), MORE * self.counted + 2.0)
+        return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), 1.3 * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
         signal = self.swinging.signal(rollout)
@@ -97,7 +90,8 @@ class Fading(SwungTest):
         if inverse[-1] >= 1.0 / self.to:
             return float(np.interp(1.0 / self.to, inverse, numbers))
         slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
-        return float(min(numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9), MAX_READING))
+        ends = numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9)
+        return float(min(ends, 200.0))  # also for swings that do not fade
 
     def guess(self, count: float, material: Material) -> float:
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
@@ -105,7 +99,7 @@ class Fading(SwungTest):
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        found, fit = self.matched(laboratory, material, readings["count"], WITHIN)
+        found, fit = self.matched(laboratory, material, readings["count"], 5e-3)
         # the drag that this test found replaces the assumed drag
         return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
@@ -125,8 +119,6 @@ class Fading(SwungTest):
             f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if fit.bound is None:
-            return []
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         does = "fades sooner even without drag" if fit.bound == "at most" else "goes on longer whatever the drag"
-        return [f"fading: {fit.measured:g} swings were counted, but the simulated cloth {does}: was the air still?"]
+        return f"fading: {fit.measured:g} swings were counted, but the simulated cloth {does}: was the air still?"

@@ -16,9 +16,8 @@ from pydantic import model_validator
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.picture import CLOTH
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import Changes, LaterTest, Readings, Specimen
+from tatamu.calibration.test import CLOTH, Changes, LaterTest, Readings, Specimen
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -27,8 +26,6 @@ from tatamu.simulation.scene import Cloth, Scene, Table
 
 SIZE, SPACING = (0.10, 0.20), 0.02
 """Width, length and mesh spacing of the simulated sheet [m]."""
-DURATION = 0.8
-"""Simulated time of a sheet on the tilted table [s]."""
 SLIDING = 5e-3
 """Maximum mean speed over the last quarter of the time of a sheet that counts as at rest [m/s]. A sheet reaches this
 speed if its coefficient of friction is 1.5e-3 below tan(theta)."""
@@ -38,8 +35,6 @@ RESOLUTION = 2e-3
 """Largest width of the last interval of a bisection of the coefficient of friction [-]."""
 MAX_FRICTION = 3.0
 """Largest coefficient of friction that is tried in the search."""
-EFFECTIVE = 0.02
-"""Maximum relative difference from tan(theta) of a coefficient that is not reported as an effective one."""
 
 
 class FrictionReadings(TestEntry):
@@ -104,7 +99,7 @@ class Slope(LaterTest):
             cloth=Cloth(vertices=start, faces=faces),
             material=still,
             table=Table(tilt=self.angle),
-            duration=DURATION,
+            duration=0.8,
             frame_rate=30.0,
         )
 
@@ -158,18 +153,16 @@ class Slope(LaterTest):
             f"tan θ = {self.textbook:.3f}."
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if not fit.bound:
-            return []
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
-        return [
+        return (
             f"friction: {estimate.simulator} {does}, so tan(theta) is used, although {estimate.simulator} cannot "
             "reproduce the slope."
-        ]
+        )
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         off = estimate.material.friction_table / self.textbook - 1.0
-        if abs(off) < EFFECTIVE:
+        if abs(off) < 0.02:  # as the textbook says
             return []
         return [
             f"friction: cloth in {estimate.simulator} slides on this slope with a coefficient {100 * off:+.0f} % off "

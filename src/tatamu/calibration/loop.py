@@ -18,9 +18,18 @@ from pydantic import model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
+from tatamu.calibration.test import (
+    CLOTH,
+    DASH,
+    ElasticTest,
+    Readings,
+    Specimen,
+    Target,
+    millimetres,
+    strip_profile,
+    textbook_spread,
+)
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -29,18 +38,8 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 HEIGHT, LIFT = 0.906, 1.1
 """Factors in the height of the loop's top above the table, 0.906 l_b + 1.1 thickness (`tests/physics/chain.py`)."""
-LIES = 4.0
-"""Length of cloth on either side of the crease, in heights of the loop. 3.85 act like infinite length."""
-CELL = 0.2
-"""Edge length of the mesh divided by the height of the loop."""
-COLUMNS = 6
 HELD_ROWS = 2
 LINKS = 200
-LAYS = 0.3
-"""Duration of the motion that lays the strip's upper end on its lower end, as a fraction of the simulated time."""
-RELAXATIONS = 20.0
-MAX_LOOP = 0.3
-"""Maximum height of a fold of cloth [m]."""
 
 
 class LoopReadings(TestEntry):
@@ -51,9 +50,9 @@ class LoopReadings(TestEntry):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if max(self.height) > MAX_LOOP:
+        if max(self.height) > 0.3:
             raise ValueError(
-                f"height ({max(self.height):g} m) must be at most {MAX_LOOP:g} m, as high as a fold of cloth "
+                f"height ({max(self.height):g} m) must be at most 0.3 m, as high as a fold of cloth "
                 "stands; is the height in metres?"
             )
         return self
@@ -99,14 +98,15 @@ class Loop(ElasticTest):
     @property
     def edge(self) -> float:
         """Edge length of the mesh [m]. Triangles must be larger than the thickness of the cloth."""
-        return self.spacing or max(CELL * self.height, 2.0 * self.thickness)
+        return self.spacing or max(0.2 * self.height, 2.0 * self.thickness)
 
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the unfolded strip [m], shape (n, 3), along x from x = 0, and its triangles."""
         row = np.sqrt(0.75) * self.edge
-        rows = 2 * int(np.ceil(LIES * self.height / row)) + 2 * HELD_ROWS
-        vertices, faces = staggered_rectangle(COLUMNS * self.edge, rows * row, self.edge)
+        # 3.85 heights of the loop on either side of the crease act like infinite length
+        rows = 2 * int(np.ceil(4.0 * self.height / row)) + 2 * HELD_ROWS
+        vertices, faces = staggered_rectangle(6 * self.edge, rows * row, self.edge)
         return vertices - [vertices[:, 0].min(), 0.0, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
@@ -120,7 +120,7 @@ class Loop(ElasticTest):
         lower, upper = (np.flatnonzero(end).tolist() for end in ends)
         down = 1.5 * material.thickness - float(z[ends[1]].mean())
         rate = float(np.sqrt(GRAVITY / self.bending_length))
-        duration = RELAXATIONS / rate
+        duration = 20.0 / rate  # until the slowest motion has died out
         plain = settling(material, rate).model_copy(update={"friction_table": 0.0, "friction_cloth": 0.0})
         return Scene(
             cloth=Cloth(vertices=np.column_stack([x, flat[:, 1], z]), faces=faces, rest_vertices=flat),
@@ -128,9 +128,7 @@ class Loop(ElasticTest):
             table=Table(),
             grippers=[
                 Gripper(vertices=lower, times=[0.0], displacements=np.zeros((1, 3))),
-                Gripper(
-                    vertices=upper, times=[0.0, LAYS * duration], displacements=np.array([[0, 0, 0], [0, 0, down]])
-                ),
+                Gripper(vertices=upper, times=[0.0, 0.3 * duration], displacements=np.array([[0, 0, 0], [0, 0, down]])),
             ],
             duration=duration,
             frame_rate=30.0,
@@ -160,13 +158,11 @@ class Loop(ElasticTest):
             spread=textbook_spread(self.guess, height),
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if fit.bound is None:
-            return []
-        return [
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+        return (
             f"loop: {millimetres(fit.measured)} is as low as two layers, so no ruler can read the loop, and B is at "
             f"most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
-        ]
+        )
 
     def drawing(self, shape: np.ndarray) -> str:
         side = strip_profile(self.mesh[0][:, 0], shape)

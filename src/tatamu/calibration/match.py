@@ -7,12 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-FIRST_FACTOR = 1.25
-"""Ratio between the first two values of the parameter that are tried."""
 MAX_STEP = 2.0
 """Largest step of the search, as a change of the parameter's logarithm."""
-MAX_SIMULATIONS = 16
-"""Largest number of simulations in one search."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +57,7 @@ def match(
     seen: dict[float, float] = {}
     low, high = np.log(limits)
     at = float(np.clip(np.log(start), low, high))
-    for _ in range(MAX_SIMULATIONS):
+    for _ in range(16):
         if at not in seen:
             seen[at] = reading(float(np.exp(at)))
         if abs(seen[at] - target) <= within:
@@ -99,7 +95,7 @@ def _next(
     if not np.isfinite(seen[last]):
         wanted = last + MAX_STEP / 2
     elif len(finite) == 1:
-        wanted = last + np.log(FIRST_FACTOR) * np.sign(seen[last] - target)
+        wanted = last + np.log(1.25) * np.sign(seen[last] - target)
     else:
         a, b = finite[:2]
         slope = (straight(seen[b]) - straight(seen[a])) / (b - a)

@@ -1,7 +1,7 @@
-"""The readings of ruler, scale and board in `measurements.toml`. docs/guide/calibration.md shows each reading.
+"""The readings of ruler, scale and board in `measurements.toml`, and how to take them (docs/guide/calibration.md).
 
     [garment]     name, size, mass                the garment and its mass
-    [TEST]        its readings                    a table for each test that was made: the modules of `registry`
+    [TEST]        its readings                    a table for each test that was made, see `TESTS`
     [errors]      length, mass, H_s               standard deviation of one reading
 
 A reading is a number or a list of repeats. All numbers are in SI units, such as metres and kilograms.
@@ -10,25 +10,32 @@ A reading is a number or a list of repeats. All numbers are in SI units, such as
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from string import Template
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
-from tatamu.calibration.bias import BiasReadings
-from tatamu.calibration.crease import CreaseReadings
-from tatamu.calibration.elongation import ElongationReadings
-from tatamu.calibration.fading import FadingReadings
-from tatamu.calibration.friction import FrictionReadings
-from tatamu.calibration.loop import LoopReadings
-from tatamu.calibration.plate import PlateReadings
-from tatamu.calibration.push import PushReadings
+from tatamu.calibration.bias import Bias, BiasReadings
+from tatamu.calibration.crease import CreaseReadings, PressedCrease
+from tatamu.calibration.elongation import Elongation, ElongationReadings
+from tatamu.calibration.fading import Fading, FadingReadings
+from tatamu.calibration.friction import FrictionReadings, Slope
+from tatamu.calibration.loop import Loop, LoopReadings
+from tatamu.calibration.plate import Plate, PlateReadings
+from tatamu.calibration.push import Push, PushReadings
 from tatamu.calibration.readings import Errors, Length, Masses, Reading, TestEntry
-from tatamu.calibration.registry import TESTS
-from tatamu.calibration.sag import SagReadings
-from tatamu.calibration.swing import SwingReadings
+from tatamu.calibration.sag import Sag, SagReadings
+from tatamu.calibration.swing import SwingReadings, TenSwings
+from tatamu.calibration.test import CalibrationTest
+from tatamu.garments import Garment, make_garment
 from tatamu.simulation.material import THICKNESS
+
+TESTS: dict[str, type[CalibrationTest]] = {
+    test.name: test for test in (Elongation, Slope, Sag, Loop, Plate, PressedCrease, Push, Bias, TenSwings, Fading)
+}
+"""All calibration tests by their names, in the order of the guide. A new test needs a module and a name here."""
 
 
 class GarmentReadings(Record):
@@ -101,3 +108,34 @@ def load_measurements(path: Path) -> Measurements:
         InputError: If the file cannot be read, a field is unknown, or a reading is impossible.
     """
     return validated(Measurements, read_toml(path), path)
+
+
+def instructions() -> str:
+    """Return the instructions for measuring: the garment's mass and size first, then every test with its number."""
+    numbers = {name: number for number, name in enumerate(TESTS, 1)}
+    tests = [
+        f"{number}  {Template(_texts(name)['instructions']).substitute(numbers)}" for name, number in numbers.items()
+    ]
+    return "\n".join([_texts("guide")["opening"], *tests, _texts("guide")["commands"]])
+
+
+def template(name: str) -> str:
+    """Return the text of measurements.toml for a garment, with empty readings.
+
+    Raises:
+        InputError: If no garment has this name.
+    """
+    garment = make_garment(name)
+    width, length = (f"{side:g}" for side in garment.size)
+    preset = {"towel": "terry", "tshirt": "interlock", "trousers": "denim"}.get(name, "cotton")
+    head = Template(_texts("guide")["head"]).substitute(name=name, width=width, length=length, preset=preset)
+    return "\n".join([head, *(table(test, garment) for test in TESTS), _texts("guide")["errors"]])
+
+
+def table(test: str, garment: Garment) -> str:
+    """Return the part of a test in measurements.toml, with empty readings."""
+    return Template(_texts(test)["template"]).substitute(TESTS[test].blanks(garment))
+
+
+def _texts(name: str) -> dict[str, Any]:
+    return read_toml(Path(__file__).parent / "texts" / f"{name}.toml")

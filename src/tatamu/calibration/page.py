@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from markupsafe import Markup
 
@@ -20,22 +18,6 @@ from tatamu.show.page import render
 
 ROOM = 1.6
 """Factor by which a logarithmic axis extends beyond the points, so that at least one value is labelled."""
-
-
-@dataclass(frozen=True)
-class ShownFit:
-    """The result of one test, as the page shows it next to its chart."""
-
-    name: str
-    """Name of the test, which is also the name of its group of charts."""
-    title: str
-    sentence: str
-    symbol: str
-    relation: str
-    """Sign or word between the parameter's symbol and its value: "=" or "is"."""
-    value: str
-    spread: str
-    picture: Markup
 
 
 def page(calibration: Calibration) -> str:
@@ -56,25 +38,24 @@ def page(calibration: Calibration) -> str:
     )
 
 
-def _shown_fit(calibration: Calibration, fit: Fit) -> ShownFit:
+def _shown_fit(calibration: Calibration, fit: Fit) -> dict[str, str]:
+    """Return the result of one test, as the page shows it next to its chart."""
     test = calibration.setup.tests[fit.test]
     value, spread = shown(calibration, fit.parameter)
-    return ShownFit(
-        name=fit.test,
-        title=test.title,
-        sentence=_sentence(fit, test),
-        symbol=SYMBOLS[fit.parameter],
-        relation="is" if fit.bound else "=",
-        value=value,
-        spread=spread,
-        picture=Markup(_drawing(test, calibration.shapes[fit.test])),
-    )
-
-
-def _drawing(test: CalibrationTest, shape: np.ndarray | None) -> str:
-    if shape is not None:
-        return test.drawing(shape)
-    return "" if isinstance(test, RestTest) else test.drawing(np.empty((0, 3)))
+    shape = calibration.shapes[fit.test]
+    drawn = shape is not None or not isinstance(test, RestTest)
+    beside = fit.alone if fit.parameter == "bending_rigidity" else None
+    alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
+    return {
+        "name": fit.test,
+        "title": test.title,
+        "sentence": test.sentence(fit) + alone,
+        "symbol": SYMBOLS[fit.parameter],
+        "relation": "is" if fit.bound else "=",
+        "value": value,
+        "spread": spread,
+        "picture": Markup(test.drawing(np.empty((0, 3)) if shape is None else shape) if drawn else ""),
+    }
 
 
 def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
@@ -94,19 +75,11 @@ def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
     )
 
 
-def _sentence(fit: Fit, test: CalibrationTest) -> str:
-    beside = fit.alone if fit.parameter == "bending_rigidity" else None
-    alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
-    return test.sentence(fit) + alone
-
-
 def _chart(calibration: Calibration, fit: Fit) -> Plot:
-    test = calibration.setup.tests[fit.test]
-    return _speed_chart(fit, test) if test.samples == "speed" else _reading_chart(calibration, fit, test)
-
-
-def _reading_chart(calibration: Calibration, fit: Fit, test: CalibrationTest) -> Plot:
     """Return a chart of the simulated readings over the parameter. The measured reading is a horizontal band."""
+    test = calibration.setup.tests[fit.test]
+    if test.samples == "speed":
+        return _speed_chart(fit, test)
     factor = quantity.factor(KNOWN[fit.parameter].unit)
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])

@@ -24,34 +24,17 @@ from pydantic import BeforeValidator, Field, model_validator
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
-from tatamu.calibration.picture import CLOTH, DASH
 from tatamu.calibration.readings import Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import ElasticTest, Readings, Specimen, Target, textbook_spread
+from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Readings, Specimen, Target, textbook_spread
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 
-HALF, POWER = 0.2545, 2.95
-"""The two numbers in the formula at the top of the module."""
 DISCS = 2
 """Number of discs that are simulated side by side."""
 APART = 2.6
 """Distance between the centres of the two discs, in radii of the discs."""
-CELL = 0.45
-"""Edge length of the mesh, in bending lengths by the formula at the top of the module."""
-FINEST, COARSEST = 0.06, 0.2
-"""Smallest and largest edge length of the mesh divided by the overhang."""
-ANGLES = 180
-"""Number of points of a disc's outline, at equal angles around the centre of the plate."""
-SETTLING = 4.0
-"""Time from the end of the plate's rise to the reading [s]."""
-LIMPEST, STIFFEST = 0.08, 0.93
-"""Smallest and largest drape coefficient that determines the bending rigidity. Other coefficients only give a bound."""
-STEP = 0.4
-"""Step of a parameter's logarithm for derivatives: so large that differences exceed the random scatter."""
-FOLDS = 2
-"""Maximum difference between the counted and the simulated folds of which the user is not told."""
 
 
 def _coefficients(value: Any) -> tuple[float, ...]:
@@ -69,9 +52,6 @@ def _coefficients(value: Any) -> tuple[float, ...]:
     return tuple(float(each) for each in given)
 
 
-Coefficients = Annotated[tuple[float, ...], BeforeValidator(_coefficients)]
-
-
 class PlateReadings(TestEntry):
     """Readings of a disc of cloth over a plate, as seen from above."""
 
@@ -79,7 +59,7 @@ class PlateReadings(TestEntry):
     """Diameter of the disc of cloth [m]."""
     plate: Length
     """Diameter of the plate [m]."""
-    drape_coefficient: Coefficients
+    drape_coefficient: Annotated[tuple[float, ...], BeforeValidator(_coefficients)]
     """Drape coefficient [-]."""
     nodes: tuple[Annotated[int, Field(ge=0, le=60)], ...] = ()
     """Number of folds at the edge of the cloth, which is compared but determines no parameter."""
@@ -125,7 +105,7 @@ class Plate(ElasticTest):
     read = "mean radius of the hem"
     words: ClassVar = {"hem": "the drape coefficient"}
     reads: ClassVar = {"hem": 1.0}
-    step = STEP
+    step = 0.4  # so large that differences exceed the random scatter
 
     @classmethod
     def of(cls, entry: PlateReadings, specimen: Specimen) -> Self:
@@ -141,8 +121,9 @@ class Plate(ElasticTest):
     @cached_property
     def discs(self) -> list[Drapemeter]:
         """The simulated discs of cloth, each on its plate."""
-        cell = CELL * self.overhang * length_share(self.coefficient)
-        edge = self.spacing or float(np.clip(cell, FINEST * self.overhang, COARSEST * self.overhang))
+        # in bending lengths by the formula at the top of the module
+        cell = 0.45 * self.overhang * length_share(self.coefficient)
+        edge = self.spacing or float(np.clip(cell, 0.06 * self.overhang, 0.2 * self.overhang))
         return [Drapemeter(self.disc, self.plate, edge, DISCS * self.seed + number) for number in range(DISCS)]
 
     def scene(self, material: Material) -> Scene:
@@ -163,7 +144,7 @@ class Plate(ElasticTest):
             update={
                 "cloth": Cloth(vertices=vertices, faces=np.concatenate(faces), rest_vertices=rest),
                 "grippers": grippers,
-                "duration": first.grippers[0].times[-1] + SETTLING,
+                "duration": first.grippers[0].times[-1] + 4.0,  # settles after the rise
                 "frame_rate": 4.0,
             }
         )
@@ -180,7 +161,7 @@ class Plate(ElasticTest):
                 positions[self._starts[number] : self._starts[number + 1]],
                 disc.mesh[1],
                 np.array([number * APART * self.disc, 0.0]),
-                ANGLES,
+                180,
             )
             for number, disc in enumerate(self.discs)
         ]
@@ -207,7 +188,7 @@ class Plate(ElasticTest):
             test=self,
             measured=hem.value,
             uncertainty=hem.uncertainty,
-            bound="at most" if low < LIMPEST else "at least" if high > STIFFEST else None,
+            bound="at most" if low < 0.08 else "at least" if high > 0.93 else None,
             straight=lambda radius: float(np.log(length_share(self.coefficient_of(radius)))),
             rising=True,
             spread=textbook_spread(self.guess, hem),
@@ -218,21 +199,19 @@ class Plate(ElasticTest):
         error = 100.0 * fit.uncertainty * 2.0 * fit.measured / (self.disc**2 - self.plate**2)
         return f"Drape coefficient measured: {measured:.1f} ± {error:.1f} %; simulated: {simulated:.1f} %."
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        if fit.bound is None:
-            return []
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
-        return [
+        return (
             f"plate: the cloth is too {side} for this plate to tell B, which is {fit.bound} "
             f"{1e6 * estimate.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell more."
-        ]
+        )
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []
         simulated = float(np.mean([outline.nodes for outline in self.outlines(shape)]))
-        if abs(simulated - self.folds) <= FOLDS:
+        if abs(simulated - self.folds) <= 2:
             return []
         return [
             f"plate: {self.folds:g} folds were counted, but the simulated cloth has {simulated:g}; warp and weft may "
@@ -255,4 +234,4 @@ class Plate(ElasticTest):
 def length_share(coefficient: float) -> float:
     """Return l_b / a for a drape coefficient, by the formula at the top of the module."""
     inside = float(np.clip(coefficient, 0.01, 0.99))
-    return float(HALF * (inside / (1.0 - inside)) ** (1.0 / POWER))
+    return float(0.2545 * (inside / (1.0 - inside)) ** (1.0 / 2.95))

@@ -22,25 +22,25 @@ from tatamu.base.errors import InputError
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Distances, Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import Changes, LaterTest, Readings, RestTest, Specimen, Target, millimetres
+from tatamu.calibration.test import (
+    CLOTH,
+    DASH,
+    Changes,
+    LaterTest,
+    Readings,
+    RestTest,
+    Specimen,
+    Target,
+    millimetres,
+    strip_profile,
+)
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
-
-CELL, COLUMNS = 0.02, 4
-"""Edge length of the strip's mesh [m], and the number of cells across the strip."""
-ROWS = 12
-"""Smallest number of rows of the strip's mesh."""
-SPEED = 0.02
-"""Mean speed of the ruler [m/s]. At 0.05 m/s the cloth trembles, and its shortening is a fifth smaller."""
-KNOTS = 41
-REST = 0.5
-"""Time from the end of the push to the reading [s]."""
 
 
 class PushReadings(TestEntry):
@@ -87,7 +87,7 @@ class Push(LaterTest, RestTest):
     pushed: float
     """Distance s by which the ruler was pushed [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None for `CELL`, or a smaller length if the cloth is short."""
+    """Edge length of the strip's mesh [m]; None for 2 cm, or less if the cloth is short."""
 
     name = "push"
     title = "Push: compression c"
@@ -119,14 +119,14 @@ class Push(LaterTest, RestTest):
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of the strip on z = 0 [m], shape (n, 3), along x from x = 0, and its triangles."""
-        edge = self.spacing or min(CELL, self.length / (ROWS * np.sqrt(0.75)))
-        vertices, faces = staggered_rectangle(COLUMNS * edge, self.length, edge)
+        edge = self.spacing or min(0.02, self.length / (12 * np.sqrt(0.75)))  # at least 12 rows
+        vertices, faces = staggered_rectangle(4 * edge, self.length, edge)
         return vertices - [vertices[:, 0].min(), 0.0, vertices[:, 2].min()], faces
 
     def scene(self, material: Material) -> Scene:
         flat, faces = self.mesh
-        u = np.linspace(0.0, 1.0, KNOTS)
-        seconds = self.pushed / SPEED
+        u = np.linspace(0.0, 1.0, 41)
+        seconds = self.pushed / 0.02  # at 0.05 m/s the cloth trembles, and its shortening is a fifth smaller
         path = np.outer(u * u * (3.0 - 2.0 * u), [self.pushed, 0.0, 0.0])
         held = np.flatnonzero(flat[:, 0] < 1e-9).tolist()
         return Scene(
@@ -134,17 +134,14 @@ class Push(LaterTest, RestTest):
             material=material.model_copy(update={"air_drag": 0.0}),
             table=Table(),
             grippers=[Gripper(vertices=held, times=(seconds * u).tolist(), displacements=path)],
-            duration=seconds + REST,
+            duration=seconds + 0.5,  # at rest
             frame_rate=30.0,
         )
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
-        return float((rollout.positions[frame] - rollout.positions[0])[self._far, 0].mean())
-
-    @cached_property
-    def _far(self) -> np.ndarray:
         along = self.mesh[0][:, 0]
-        return along > along.max() - 1e-9
+        far = along > along.max() - 1e-9
+        return float((rollout.positions[frame] - rollout.positions[0])[far, 0].mean())
 
     def guess(self, moved: float, material: Material) -> float:
         weight = material.friction_table * material.areal_density * GRAVITY
@@ -185,20 +182,18 @@ class Push(LaterTest, RestTest):
                 moved += own[name] * readings[name].uncertainty
             change[PLACE[self.parameter]] = moved
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         compression = estimate.material.compression
         error = millimetres(fit.uncertainty)
         if fit.bound == "at most":
-            return [
+            return (
                 f"push: the far edge did not move by more than {error}, so c is at most {compression:.2g}, which is "
                 "enough for folding. A shorter cloth or a longer push would tell more."
-            ]
-        if fit.bound == "at least":
-            return [
-                f"push: within {error}, the cloth slid as a whole, so c is at least {fit.alone or compression:.2g}, "
-                f"and {compression:.2g} is used. A longer cloth would tell more."
-            ]
-        return []
+            )
+        return (
+            f"push: within {error}, the cloth slid as a whole, so c is at least {fit.alone or compression:.2g}, and "
+            f"{compression:.2g} is used. A longer cloth would tell more."
+        )
 
     def drawing(self, shape: np.ndarray) -> str:
         side = strip_profile(self.mesh[0][:, 0], shape)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,15 +15,9 @@ from pydantic import BeforeValidator, Field
 
 from tatamu.base.records import Record
 
-MAX_LENGTH, MAX_MASS = 10.0, 20.0
-"""Largest length [m] and mass [kg] of a garment. Larger values are refused, because their unit must be wrong."""
-MAX_TIME = 600.0
-"""Largest measured time [s]. Larger values are refused, because their unit must be wrong."""
-MAX_ANGLE = 180.0
-"""Largest angle of a fold [degrees]: the angle of a closed fold."""
-
 
 def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
+    """Check one reading or several. One above `largest` is refused, because its unit must be wrong."""
     given = value if isinstance(value, list | tuple) else [value]
     if not given:
         raise ValueError("must contain at least one reading, given none")
@@ -39,41 +34,24 @@ def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool
     return tuple(float(each) for each in given)
 
 
-def _lengths(value: Any) -> tuple[float, ...]:
-    return _readings(value, MAX_LENGTH, "metres", "millimetres")
-
-
-def _distances(value: Any) -> tuple[float, ...]:
-    return _readings(value, MAX_LENGTH, "metres", "millimetres", nothing=True)
-
-
-def _masses(value: Any) -> tuple[float, ...]:
-    return _readings(value, MAX_MASS, "kilograms", "grams")
-
-
-def _times(value: Any) -> tuple[float, ...]:
-    return _readings(value, MAX_TIME, "seconds", "milliseconds")
-
-
 def _angles(value: Any) -> tuple[float, ...]:
     given = _readings(value, np.inf, "degrees", "", nothing=True)
-    if max(given) > MAX_ANGLE:
-        raise ValueError(f"must be in degrees, at most {MAX_ANGLE:g}, given {max(given):g}")
+    if max(given) > 180.0:
+        raise ValueError(f"must be in degrees, at most 180, given {max(given):g}")
     return given
 
 
-def _length(value: Any) -> float:
-    return _lengths([value])[0]
-
-
+_lengths = partial(_readings, largest=10.0, unit="metres", smaller="millimetres")
 Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
-Distances = Annotated[tuple[float, ...], BeforeValidator(_distances)]
+Distances = Annotated[tuple[float, ...], BeforeValidator(partial(_lengths, nothing=True))]
 """Type of a measured distance: one or more repeats [m], each of which may be 0."""
+_masses = partial(_readings, largest=20.0, unit="kilograms", smaller="grams")
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
+_times = partial(_readings, largest=600.0, unit="seconds", smaller="milliseconds")
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
 """Type of a measured angle: one or more repeats [degrees], each from 0 to 180."""
-Length = Annotated[float, BeforeValidator(_length)]
+Length = Annotated[float, BeforeValidator(lambda value: _lengths([value])[0])]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]
 
 

@@ -21,9 +21,19 @@ from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import longest_edge, named_edge
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
-from tatamu.calibration.picture import CLOTH, DASH, strip_profile
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import POOR, ElasticTest, Readings, Specimen, Target, millimetres, textbook_spread
+from tatamu.calibration.test import (
+    CLOTH,
+    DASH,
+    POOR,
+    ElasticTest,
+    Readings,
+    Specimen,
+    Target,
+    millimetres,
+    strip_profile,
+    textbook_spread,
+)
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
@@ -33,22 +43,13 @@ from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene
 
-CELLS = 12
-"""Number of mesh rows in front of the grip."""
-MIN_CELLS, MAX_CELLS = 3, 24
-HELD_ROWS = 3
 COLUMNS, WIDE_COLUMNS = 8, 12
 """Columns of the mesh, and columns if the mesh spacing is given. Some simulators give vertices at the border the mass
 of inner vertices, so a strip with few columns weighs too much."""
-THIN = 0.25
-"""Largest thickness of the simulated strip, divided by the shortest edge of its mesh."""
-RELAXATIONS = 16.0
 GAMMAS = np.geomspace(1e-2, 1e3, 101)
 """Values of Gamma that a ruler can distinguish."""
 STIFFEST, LIMPEST = 0.02, 0.96
 """Minimum and maximum ratio of sag to free length that determines the bending rigidity. Others only bound it."""
-MIN_EDGE = 1.5
-"""Minimum ratio of the edge's length to the free length. Ends of a shorter edge hang differently from its middle."""
 BEST = 1.8
 """Ratio of free length to bending length that is proposed: the sag is about half of the free length."""
 MIN_FREE = 0.025
@@ -93,7 +94,7 @@ class Sag(ElasticTest):
     free_length: float
     """Free length d from the front of the grip to the edge [m]."""
     spacing: float | None = None
-    """Edge length of the strip's mesh [m]; None for a mesh with `CELLS` rows."""
+    """Edge length of the strip's mesh [m]; None for a mesh with 12 rows."""
 
     name = "sag"
     title = "Sag: bending rigidity B"
@@ -110,10 +111,10 @@ class Sag(ElasticTest):
         garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
         along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        if along < MIN_EDGE * test.free_length:
+        if along < 1.5 * test.free_length:
             raise InputError(
                 f"sag: edge {entry.edge} is {along:.2f} m long; with a free length of {test.free_length:g} m its ends "
-                f"hang differently from its middle: choose a free length up to {along / MIN_EDGE:.2f} m, or a "
+                f"hang differently from its middle: choose a free length up to {along / 1.5:.2f} m, or a "
                 "longer edge"
             )
         return test
@@ -126,10 +127,10 @@ class Sag(ElasticTest):
     @cached_property
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The strip's points [m], shape (n, 3), its triangles, and its held vertices. The edge is at x = 0."""
-        wanted = CELLS if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
-        cells = int(np.clip(round(wanted), MIN_CELLS, MAX_CELLS))
+        wanted = 12 if self.spacing is None else self.free_length / (np.sqrt(0.75) * self.spacing) - 0.5
+        cells = int(np.clip(round(wanted), 3, 24))
         row = self.free_length / (cells + 0.5)
-        rows = cells + HELD_ROWS
+        rows = cells + 3  # the last ones are held
         rows += rows % 2
         columns = COLUMNS if self.spacing is None else WIDE_COLUMNS
         edge = row / np.sqrt(0.75)
@@ -142,28 +143,20 @@ class Sag(ElasticTest):
 
     def scene(self, material: Material) -> Scene:
         vertices, faces, held = self.mesh
-        gamma = self.gamma(material)
+        gamma = material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
         rate = slowest_frequency(gamma, self.free_length, GRAVITY)
+        shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
+        thin = min(material.thickness, 0.25 * shortest)  # neighbouring triangles do not touch
         return Scene(
             cloth=Cloth(vertices=vertices, faces=faces),
-            material=settling(material, rate).model_copy(update={"thickness": self._thin(material)}),
+            material=settling(material, rate).model_copy(update={"thickness": thin}),
             grippers=[Gripper(vertices=held.tolist(), times=[0.0], displacements=np.zeros((1, 3)))],
-            duration=RELAXATIONS / rate,
+            duration=16.0 / rate,  # until the slowest motion has died out
             frame_rate=30.0,
         )
 
-    def _thin(self, material: Material) -> float:
-        """Return a thickness with which neighbouring triangles do not touch [m]. It has no other effect."""
-        vertices, faces, _ = self.mesh
-        shortest = float(np.linalg.norm(vertices[faces] - vertices[np.roll(faces, 1, axis=1)], axis=2).min())
-        return min(material.thickness, THIN * shortest)
-
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
-
-    def gamma(self, material: Material) -> float:
-        """Return Gamma = rho g d^3 / B."""
-        return material.areal_density * GRAVITY * self.free_length**3 / max(material.bending_rigidity, 1e-12)
 
     def guess(self, sag: float, material: Material) -> float:
         return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
@@ -183,27 +176,26 @@ class Sag(ElasticTest):
             spread=float(np.hypot(by_sag, by_length)),
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        material = estimate.material
-        length = material.bending_length
-        rigidity = 1e6 * material.bending_rigidity
-        free = estimate.readings["free_length"].value
-        share = f"{millimetres(fit.measured)} of a free length of {millimetres(free)}"
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+        length = estimate.material.bending_length
+        rigidity = 1e6 * estimate.material.bending_rigidity
+        share = _share(estimate, fit)
         if fit.bound == "at most":
-            return [
+            return (
                 f"sag: {share}: the cloth hangs straight down, which says only that B is at most {rigidity:.2g} µN m "
-                f"(bending length {100 * length:.1f} cm or less). " + _longer_or_loop(length, estimate)
-            ]
-        if fit.bound == "at least":
-            return [
-                f"sag: {share}: the cloth stands out level, which says only that B is at least {rigidity:.2g} µN m "
-                f"(bending length {100 * length:.1f} cm or more). "
-                f"Read it with a free length of {100 * BEST * length:.0f} cm or more."
-            ]
-        relative = estimate.relative("bending_rigidity")
+                f"(bending length {100 * length:.1f} cm or less). {_longer_or_loop(estimate)}"
+            )
+        return (
+            f"sag: {share}: the cloth stands out level, which says only that B is at least {rigidity:.2g} µN m "
+            f"(bending length {100 * length:.1f} cm or more). Read it with a free length of "
+            f"{100 * BEST * length:.0f} cm or more."
+        )
+
+    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
+        relative, share = estimate.relative("bending_rigidity"), _share(estimate, fit)
         if relative <= POOR:
             return []
-        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(length, estimate)}"]
+        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(estimate)}"]
 
     def drawing(self, shape: np.ndarray) -> str:
         rows = np.unique(self.mesh[0][:, 0].round(6))
@@ -228,8 +220,13 @@ class Sag(ElasticTest):
         return drawing.svg()
 
 
-def _longer_or_loop(length: float, estimate: Estimate) -> str:
+def _share(estimate: Estimate, fit: Fit) -> str:
+    return f"{millimetres(fit.measured)} of a free length of {millimetres(estimate.readings['free_length'].value)}"
+
+
+def _longer_or_loop(estimate: Estimate) -> str:
     """Return a sentence that proposes a better free length, or the loop test if that length is too short to hold."""
+    length = estimate.material.bending_length
     better = BEST * length
     if better >= MIN_FREE:
         expected = 1e3 * better * tip(BEST**3)[1]

@@ -6,15 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tatamu.calibration.measurements import Measurements
-from tatamu.calibration.registry import TESTS
+from tatamu.calibration.measurements import TESTS, Measurements
 from tatamu.calibration.test import CalibrationTest, Specimen
 from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.mesh.topology import areas
-
-SPACING = 0.02
-"""Default mesh spacing of the hanging garment [m]."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +22,7 @@ class Setup:
     base: Material
     """The material before the calibration."""
     tests: Mapping[str, CalibrationTest]
-    """Tests by their names, in the order of the registry."""
+    """Tests by their names, in the order of `TESTS`."""
     assumed: tuple[str, ...] = ()
     """Fields of the material that the measurements file may state, but does not state."""
 
@@ -56,21 +52,14 @@ def setup_of(measurements: Measurements, spacing: float | None = None) -> Setup:
     Raises:
         InputError: If the garment, its material or an edge does not exist, or the garment cannot have these readings.
     """
-    specimen = _specimen(measurements, spacing)
-    made = {name: TESTS[name].of(entry, specimen) for name, entry in measurements.entries().items()}
-    assumed = () if measurements.garment.thickness else ("thickness",)
-    return Setup(specimen.garment, specimen.base, made, assumed)
-
-
-def _specimen(measurements: Measurements, spacing: float | None) -> Specimen:
     given = measurements.garment
     material = load_material(Path(given.material)) if given.material else None
     if material is not None and given.thickness:
         material = material.model_copy(update={"thickness": given.thickness})
-    garment = make_garment(given.name, given.size, material, spacing or (SPACING if given.name in GARMENTS else None))
+    garment = make_garment(given.name, given.size, material, spacing or (0.02 if given.name in GARMENTS else None))
     thick = {"thickness": given.thickness} if given.thickness else {}
-    return Specimen(
-        garment,
-        garment.material.model_copy(update={**thick, "blender": None, "bending_rigidity_initial": None}),
-        spacing,
-    )
+    base = garment.material.model_copy(update={**thick, "blender": None, "bending_rigidity_initial": None})
+    specimen = Specimen(garment, base, spacing)
+    made = {name: TESTS[name].of(entry, specimen) for name, entry in measurements.entries().items()}
+    assumed = () if given.thickness else ("thickness",)
+    return Setup(garment, base, made, assumed)

@@ -4,7 +4,7 @@ Each test is one module, and texts/NAME.toml has what the user is told to do and
 
 - `ElasticTest`: a length at rest. The parameters of these tests are found together, because each length depends on
   stretch stiffness, bending rigidity and friction of bending.
-- `LaterTest`: a test that finds its parameter when these three are known, in the order of the registry.
+- `LaterTest`: a test that finds its parameter when these three are known, in the order of `measurements.TESTS`.
 """
 
 from __future__ import annotations
@@ -122,9 +122,17 @@ class CalibrationTest(ABC):
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
         )
 
-    @abstractmethod
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences of advice to the user on the result of this test."""
+        return [self.advice_on_bound(estimate, fit)] if fit.bound else self.advice_on_value(estimate, fit)
+
+    @abstractmethod
+    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+        """Return advice if the test only bounds the parameter."""
+
+    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
+        """Return sentences of advice if the test determines the parameter."""
+        return []
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences that are printed after all advice."""
@@ -163,15 +171,6 @@ class ElasticTest(RestTest):
         """Return the standard uncertainty of the length due to random folds [m], from all shapes that were tried."""
         return 0.0
 
-    def measured(self, readings: Readings) -> tuple[float, float]:
-        """Return the measured length and its standard uncertainty [m]."""
-        value = 0.0
-        error = 0.0
-        for name, factor in self.reads.items():
-            value += factor * readings[name].value
-            error = float(np.hypot(error, factor * readings[name].uncertainty))
-        return value, error
-
 
 class LaterTest(CalibrationTest):
     """A test that finds its parameter after the stretch stiffness and the bending parameters are known."""
@@ -185,10 +184,6 @@ class LaterTest(CalibrationTest):
         """Add the effects of uncertain readings on this test's parameter, which are still zero, to `changes`."""
 
 
-UNKNOWN = 1.0
-"""Standard uncertainty of a parameter's logarithm if only its order of magnitude is known."""
-Guess = Callable[[float, Material], float]
-"""Textbook formula: the parameter from a reading and the other parameters of a material."""
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
 """Cloth for relative uncertainties by textbook formulas, which are proportional to the density."""
 
@@ -217,19 +212,14 @@ class Target:
         return self.test.parameter
 
     @property
-    def limits(self) -> tuple[float, float]:
-        """Smallest and largest value of the parameter that is tried."""
-        return LIMITS[self.parameter]
-
-    @property
     def aim(self) -> float:
         """Length that the simulation must reproduce [m]: the reading, shifted by its uncertainty if it only bounds."""
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
     def start(self, material: Material) -> float:
-        """Return the parameter by the textbook formula, within `limits`. The search starts with this value."""
-        return float(np.clip(self.test.guess(max(self.aim, 1e-5), material), *self.limits))
+        """Return the parameter by the textbook formula, within `LIMITS`. The search starts with this value."""
+        return float(np.clip(self.test.guess(max(self.aim, 1e-5), material), *LIMITS[self.parameter]))
 
     def matched(self, laboratory: Laboratory, material: Material, start: float) -> Match:
         """Search for the parameter at which the simulated reading equals `aim`.
@@ -242,7 +232,7 @@ class Target:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
         within = max(laboratory.options.within * self.aim, laboratory.options.finest)
-        found = match(reading, self.aim, start, self.limits, within, self.straight, self.rising)
+        found = match(reading, self.aim, start, LIMITS[self.parameter], within, self.straight, self.rising)
         if not np.isfinite(found.reading):
             raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
         return found
@@ -269,16 +259,36 @@ class Target:
         )
 
 
-def textbook_spread(guess: Guess, reading: Reading) -> float:
-    """Return the standard uncertainty of a parameter's logarithm, from that of a reading by the textbook formula."""
+def textbook_spread(guess: Callable[[float, Material], float], reading: Reading) -> float:
+    """Return the standard uncertainty of a parameter's logarithm, from that of a reading by the textbook formula.
+
+    The formula `guess` gives the parameter from a reading and the other parameters of a material.
+    """
     if not reading.value > reading.uncertainty:
-        return UNKNOWN
+        return 1.0  # only its order of magnitude is known
     more, less = (guess(reading.value + step, UNIT) for step in (reading.uncertainty, -reading.uncertainty))
     if not (more > 0.0 and less > 0.0):
-        return UNKNOWN
+        return 1.0  # only its order of magnitude is known
     return max(0.5 * abs(float(np.log(more / less))), 1e-6)
 
 
 def millimetres(length: float) -> str:
     """Return a length [m] as text in millimetres."""
     return f"{1e3 * length:.1f} mm"
+
+
+CLOTH = "plot"
+"""Name of the colour with which drawings show cloth."""
+DASH = 4.0
+"""Length of the dashes of auxiliary lines [pixels]."""
+
+
+def strip_profile(along: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """Return the side view of a strip: the mean position of each row of vertices [m], shape (rows, 2).
+
+    Args:
+        along: Coordinate of each vertex along the unfolded strip [m], shape (n,).
+        positions: Positions [m], shape (n, 3).
+    """
+    along = along.round(6)
+    return np.array([positions[along == row][:, [0, 2]].mean(axis=0) for row in np.unique(along)])

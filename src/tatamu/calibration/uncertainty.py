@@ -19,8 +19,6 @@ from tatamu.calibration.parameters import PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.test import Changes, ElasticTest, LaterTest, Readings
 
-AGREES = 2.0
-"""Maximum scatter of the results of tests that agree on one parameter, in standard uncertainties."""
 ELASTIC = ("stretch_stiffness", "bending_rigidity", "bending_hysteresis")
 """Parameters on which lengths at rest depend."""
 
@@ -120,7 +118,7 @@ def disagreement(values: list[float], spreads: list[float]) -> float:
     logs = np.log(values)
     inverse = np.array(spreads) ** -2.0
     squares = float(inverse @ (logs - inverse @ logs / inverse.sum()) ** 2) / (len(values) - 1)
-    return float(np.sqrt((squares - 1.0) / inverse.sum())) if squares > AGREES**2 else 0.0
+    return float(np.sqrt((squares - 1.0) / inverse.sum())) if squares > 2.0**2 else 0.0
 
 
 def _share(reading: Reading) -> float:

@@ -91,7 +91,7 @@ def _one(
     executor: Executor | None,
 ) -> None:
     from tatamu.after.margins.page import write_page
-    from tatamu.after.margins.terminal import summary, table
+    from tatamu.after.margins.texts import summary, table
     from tatamu.api import measure_margins
     from tatamu.cli.progress import prepare, resumable
     from tatamu.report import write_report

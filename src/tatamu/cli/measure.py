@@ -42,8 +42,8 @@ def measure(
         _read_drape(drape, disc, plate, ruler)
         return
     from tatamu.base.files import write_text
-    from tatamu.calibration.guide import instructions
-    from tatamu.calibration.guide import template as text
+    from tatamu.calibration.measurements import instructions
+    from tatamu.calibration.measurements import template as text
 
     if template is None:
         print(instructions(), end="")

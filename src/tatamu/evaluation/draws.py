@@ -98,9 +98,10 @@ class Draws:
         if self._file is None:
             return
         try:
-            with self._file.open("a") as file:
-                start = "" if _ends_with_line(self._file) else "\n"
-                file.write(start + json.dumps({"key": key, **_LINE.dump_python(outcome)}) + "\n")
+            with self._file.open("ab+") as file:
+                file.seek(max(file.seek(0, 2) - 1, 0))
+                start = b"" if file.read(1) in (b"", b"\n") else b"\n"  # the last line may be incomplete
+                file.write(start + json.dumps({"key": key, **_LINE.dump_python(outcome)}).encode() + b"\n")
         except OSError as error:
             raise unwritable(self._file, error) from None
 
@@ -129,11 +130,3 @@ def _result(future: Future[Outcome]) -> Outcome:
         return future.result()
     except WorkerKilledError as error:
         return Outcome(None, None, str(error))
-
-
-def _ends_with_line(path: Path) -> bool:
-    with path.open("rb") as file:
-        if not file.seek(0, 2):
-            return True
-        file.seek(-1, 2)
-        return file.read(1) == b"\n"

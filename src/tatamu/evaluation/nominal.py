@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from tatamu.base.errors import SimulationError
 from tatamu.evaluation.disturbances import NOMINAL, World, disturbed_scene, hand_failure
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
@@ -15,9 +13,6 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import ALPHA, score, shape_distance, vertex_distances
 from tatamu.folding.task import Task
 from tatamu.simulation.simulators import simulate
-
-TABLE_MARGIN = 0.5
-"""Width of the table around the cloth's start [m]. Cloth that ends farther out has left the table."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +46,8 @@ class Nominal(Evaluator):
         except SimulationError as error:
             return failed(fold, length, str(error))
         final = rollout.positions[-1]
-        if _left_table(fold, final):
+        flat, margin = fold.start[:, :2], 0.5  # width of the table around the cloth's start [m]
+        if (final[:, :2] < flat.min(0) - margin).any() or (final[:, :2] > flat.max(0) + margin).any():
             return replace(failed(fold, length, "the cloth left the table"), rollout=rollout)
         reached = score(fold, length, final)
         return Evaluation({}, length, reached.objective, reached.objective, reached, rollout=rollout)
@@ -74,14 +70,7 @@ def refuse(task: Task, parameters: Mapping[str, int | float]) -> Evaluation | No
 
     The objective grows with how far the manipulation is out of reach.
     """
-    short = 0.0 if task.reach is None else -task.reach.quality(task.manipulation(parameters))
-    if task.reach is None or short <= 0.0:
+    if task.reach is None or (short := -task.reach.quality(task.manipulation(parameters))) <= 0.0:
         return None
     found = unsimulated(task, parameters, f"out of reach of {task.reach.robot}")
     return replace(found, objective=found.objective + short, nominal=found.nominal + short)
-
-
-def _left_table(fold: Fold, positions: np.ndarray) -> bool:
-    flat = fold.start[:, :2]
-    low, high = flat.min(0) - TABLE_MARGIN, flat.max(0) + TABLE_MARGIN
-    return bool((positions[:, :2] < low).any() or (positions[:, :2] > high).any())

@@ -24,8 +24,6 @@ HELP = {
     UNSIMULATED: "see the reason of the failed simulation",
 }
 """What helps against each cause of failure."""
-UNDONE_SHARE = 0.25
-"""Share of the moved part that lies on the wrong side of the fold line, above which a fold counts as come undone."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ class Outcome:
         if self.error is not None or self.aligned_distance is None:
             error = self.error or ""
             return TABLE if "meets the table" in error else BESIDE_CLOTH if "beside the cloth" in error else UNSIMULATED
-        if (self.undone or 0.0) > UNDONE_SHARE:
+        if (self.undone or 0.0) > 0.25:
             return UNDONE
         if self.aligned_distance <= limits.mean_vertex_distance and (self.slip or 0.0) <= limits.mean_vertex_distance:
             return BESIDE_TARGET

@@ -32,9 +32,6 @@ from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import processors
 from tatamu.simulation.simulators import capabilities
 
-MAX_AHEAD = 4
-"""Maximum number of scenarios that are simulated at a time once there is something to beat."""
-
 
 def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[World]:
     """Return the scenarios of an orthogonal array, with every disturbance at plus or minus `level` deviations.
@@ -129,13 +126,13 @@ class Scenarios(Evaluator):
     def _outcomes(self, ask: Ask, indices: Sequence[int]) -> Iterator[Evaluation]:
         """Yield the outcomes in the scenarios in order, while some of the next ones are simulated already.
 
-        An ask with something to beat leaves half of the processors to other trials.
+        An ask with something to beat uses at most four processors, and leaves half of them to other trials.
         """
 
         def simulate(index: int) -> Evaluation:
             return replace(self.inner.simulate(ask.parameters, self.sample[index]), rollout=None)
 
-        count = processors() if np.isinf(ask.beat) else min(MAX_AHEAD, processors() // 2)
+        count = processors() if np.isinf(ask.beat) else min(4, processors() // 2)
         if count <= 1 or not capabilities(self.task.simulator).parallel:
             yield from map(simulate, indices)
             return

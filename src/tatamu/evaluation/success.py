@@ -16,10 +16,6 @@ from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.fold import Fold
 from tatamu.folding.score import Limits, vertex_distances
 
-CONFIDENCE = 0.95
-SURE, LIKELY = 0.9, 0.8
-"""Success rates for which the pages' colours change."""
-
 
 class Spread(OpenRecord):
     """Median, 90 % quantile and maximum of distances [m]."""
@@ -84,14 +80,9 @@ class Success(OpenRecord):
         )
 
     @property
-    def reasons(self) -> str:
-        """The causes of failures with their counts, for readers; empty if the fold always succeeds."""
-        return ", ".join(f"{cause}: {count}" for cause, count in self.causes.items())
-
-    @property
     def tone(self) -> str:
         """Name of the colour in which pages show the rate."""
-        return "near-perfect" if self.interval[0] >= SURE else "fair" if self.rate >= LIKELY else "failed"
+        return "near-perfect" if self.interval[0] >= 0.9 else "fair" if self.rate >= 0.8 else "failed"
 
     def __str__(self) -> str:
         return self.headline
@@ -101,7 +92,7 @@ def interval_of(succeeded: int, simulations: int) -> tuple[float, float]:
     """Return the 95 % confidence interval of a success rate."""
     from scipy.stats import binomtest  # this import takes half a second
 
-    found = binomtest(succeeded, simulations).proportion_ci(CONFIDENCE, method="exact")
+    found = binomtest(succeeded, simulations).proportion_ci(0.95, method="exact")
     return float(found.low), float(found.high)
 
 

@@ -8,10 +8,9 @@ from tatamu.base.errors import InputError
 from tatamu.folding.coverage import Part, uncarried
 from tatamu.folding.grasps import candidates
 from tatamu.folding.hold import other_grasp
-from tatamu.folding.mirrored import laid
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import known_plans, make_plan
-from tatamu.folding.proposals import AUTO_PLAN, Proposal, propose
+from tatamu.folding.proposals import AUTO_PLAN, Proposal, laid, propose
 from tatamu.garments import Garment
 
 

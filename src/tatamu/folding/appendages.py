@@ -15,20 +15,6 @@ import shapely
 from tatamu.folding.plan import SIDES
 from tatamu.garments import Garment
 
-OPENING = 0.6
-"""Radius of the disc, as a fraction of the radius of the largest disc inside the outline."""
-MIN_DEPTH = 0.7
-"""Minimum depth of an appendage, in radii of the disc. Right-angled corners stick out by 0.41 radii."""
-BRIDGE = 0.12
-"""Half the maximum width of a strip along the body that is cut away, in radii; it could join two appendages."""
-SIMPLIFIED = 0.006
-"""Maximum distance by which simplification moves an outline before its corners are found [m]."""
-REFLEX = np.radians(12.0)
-"""Minimum angle by which an outline turns inwards at a corner where an appendage may begin [rad]."""
-NOTCH = 0.35
-"""Minimum depth of the notch between two trouser legs, as a fraction of the garment's length."""
-NOTCH_ASIDE = 0.15
-"""Maximum sideways distance between this notch and the garment's middle, as a fraction of the width."""
 FACING = {name: SIDES[name] for name in ("+y", "-y", "+x", "-x")}
 """Directions in which appendages may stick out, in the order in which they are folded; +y is the left."""
 
@@ -66,14 +52,14 @@ def region_of(plan: np.ndarray, faces: np.ndarray) -> shapely.Polygon:
 
 def appendages(outline: shapely.Polygon) -> list[Appendage]:
     """Return the appendages of an outline: first those at the left and the right side, then those at the two ends."""
-    radius = OPENING * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)
+    radius = 0.6 * float(shapely.maximum_inscribed_circle(outline, 1e-3).length)  # of the disc
     body = outline.buffer(-radius).buffer(radius)
-    sliver = BRIDGE * radius
+    sliver = 0.12 * radius  # half the width of strips along the body, which could join two appendages
     apart = outline.difference(body).buffer(-sliver).buffer(sliver).intersection(outline)
-    found = [
+    found = [  # right-angled corners stick out by 0.41 radii
         _appendage(outline, body, part)
         for part in shapely.get_parts(apart)
-        if isinstance(part, shapely.Polygon) and not part.is_empty and _depth(part, body) > MIN_DEPTH * radius
+        if isinstance(part, shapely.Polygon) and not part.is_empty and _depth(part, body) > 0.7 * radius
     ]
     order = list(FACING)
     return sorted(found, key=lambda each: (order.index(each.facing), float(each.region.centroid.x)))
@@ -109,21 +95,22 @@ def _root(part: shapely.Polygon, body: shapely.Geometry) -> np.ndarray:
 
 
 def _reflex(outline: shapely.Polygon) -> np.ndarray:
-    simple = shapely.orient_polygons(shapely.simplify(outline, SIMPLIFIED))
+    """Return the corners at which a simplified outline turns inwards by at least 12 degrees [m], shape (k, 2)."""
+    simple = shapely.orient_polygons(shapely.simplify(outline, 0.006))
     points = np.array(simple.exterior.coords[:-1])
     before = points - np.roll(points, 1, axis=0)
     after = np.roll(points, -1, axis=0) - points
     turn = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
-    return points[turn < -REFLEX]
+    return points[turn < -np.radians(12.0)]
 
 
 def has_legs(outline: shapely.Polygon) -> bool:
     """Return whether a notch near the middle of the garment's lower end divides it into two legs."""
     low_x, low_y, high_x, high_y = outline.bounds
     middle = 0.5 * (low_y + high_y)
-    aside = NOTCH_ASIDE * (high_y - low_y)
-    strip = shapely.box(low_x, middle - aside, low_x + NOTCH * (high_x - low_x), middle + aside)
+    aside = 0.15 * (high_y - low_y)  # maximum sideways distance between the notch and the middle
+    strip = shapely.box(low_x, middle - aside, low_x + 0.35 * (high_x - low_x), middle + aside)
     ends = shapely.LineString([(low_x, middle - aside), (low_x, middle + aside)])
     free = strip.difference(outline)
     depth = [part.bounds[2] - low_x for part in shapely.get_parts(free) if part.distance(ends) < 1e-3]
-    return max(depth, default=0.0) > (NOTCH - 0.02) * (high_x - low_x)
+    return max(depth, default=0.0) > (0.35 - 0.02) * (high_x - low_x)

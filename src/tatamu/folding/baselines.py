@@ -10,13 +10,10 @@ from tatamu.base.curves import SAMPLES
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation, bezier_manipulation, polyline_manipulation
 
-LI_2015 = ((0.53996, 0.20555), (0.78185, 0.45923))
-"""P1 and P2 of the cubic Bezier curve in the code of Li et al. 2015 (Yinxiaoli/iros2015_folding), in spans."""
-
 
 def li_2015(fold: Fold) -> Manipulation:
-    """Return a manipulation whose hands follow the curve in the published code of Li et al. 2015."""
-    (x1, z1), (x2, z2) = np.array(LI_2015) * fold.span
+    """Return a manipulation along the curve in the published code of Li et al. 2015 (Yinxiaoli/iros2015_folding)."""
+    x1, z1, x2, z2 = np.array([0.53996, 0.20555, 0.78185, 0.45923]) * fold.span
     return bezier_manipulation(fold, _corners(fold), x1, z1, x2, z2)
 
 

@@ -26,6 +26,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from tatamu.folding import layers
+from tatamu.folding.grasps import links_within
 from tatamu.folding.ideal import FoldLine
 from tatamu.garments import Garment
 from tatamu.simulation.mesh.topology import Topology, areas, lumped
@@ -39,16 +40,8 @@ MAX_TAIL = 0.10
 """The same for cloth beyond the hands [m]. Because hands do not turn, they lay it under the cloth that they carry."""
 ROOT = 0.03
 """Overhang at which a part that no hand carries begins [m]."""
-BESIDE = 1.0
-"""Maximum distance from the hands along the fold line of cloth held beside them, in their distances from this line."""
-MIN_SHARE = 0.01
-"""Minimum area of a part that is reported, as a fraction of the moving cloth's."""
 SAME_PLACE = 0.7
 """Maximum horizontal distance of vertices that lie one above the other, in edge lengths of the mesh."""
-PIXEL = 0.4
-"""Width of a pixel in the map of the cloth, in edge lengths of the mesh."""
-TRIES = 3
-"""How many vertices are tried as the grasp of each hand, from the garment's corner inwards."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +92,9 @@ def uncarried(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[
     hold = best_coverage(garment, state, line, hands)
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
-    least = MIN_SHARE * float(weight[line.split(state)[0] < 0].sum())
-    place = np.full(len(state), -1)
-    place[missed] = np.arange(len(missed))
-    links = place[np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])]
-    links = links[(links >= 0).all(axis=1)]
+    least = 0.01 * float(weight[line.split(state)[0] < 0].sum())  # smaller parts are not reported
+    edges = np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])
+    links = links_within(edges, missed, len(state))
     graph = csr_array((np.ones(len(links)), links.T), shape=(len(missed), len(missed)))
     number, label = connected_components(graph, directed=False)
     parts = []
@@ -121,7 +112,7 @@ def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tu
     """Return the cloth that is carried with the pair of grasps that leaves the least behind."""
     cloth = _Cloth.of(garment, state, line)
     count = min(len(hand) for hand in hands)
-    tried = np.unique(np.linspace(0, count - 1, TRIES).round().astype(int))
+    tried = np.unique(np.linspace(0, count - 1, 3).round().astype(int))
     holds = [cloth.hold(tuple(int(hand[k]) for hand in hands)) for k in tried]
     return min(holds, key=lambda hold: float(cloth.weight[hold.lost].sum()))
 
@@ -206,7 +197,7 @@ class _Cloth:
             corners += [np.array([0.0, ends.min()]), np.array([0.0, ends.max()])]
         hull = shapely.MultiPoint(np.array(corners)).convex_hull.buffer(0.51 * self.spacing)
         inside = shapely.contains_xy(hull, *self.places.T)
-        reach = BESIDE * float(-hands[:, 0].min())
+        reach = float(-hands[:, 0].min())
         along = self.places[:, 1]
         beside = (along > hands[:, 1].min() - reach) & (along < hands[:, 1].max() + reach)
         beside &= self.places[:, 0] >= hands[:, 0].min() - 0.5 * self.spacing
@@ -215,7 +206,7 @@ class _Cloth:
     def _straight(self, own: np.ndarray) -> np.ndarray:
         """Return which vertices of a piece have a straight path through the cloth to the fold line, shape (n,)."""
         triangles = self.region[own[self.region].any(axis=1)]
-        pixel = PIXEL * self.spacing
+        pixel = 0.4 * self.spacing  # in the map of the cloth
         shrunk = np.column_stack([layers.PIXEL / pixel * self.places, np.ones(len(self.places))])
         cloth = layers.Surface.of(shrunk, triangles, 0.0, layers.PIXEL)
         low, high = self.places[own].min(axis=0), self.places[own].max(axis=0)

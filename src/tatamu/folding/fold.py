@@ -10,9 +10,8 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import PAD, Fingers
-from tatamu.folding.grasps import candidates
+from tatamu.folding.grasps import candidates, links_within, outermost
 from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
-from tatamu.folding.pinch import outermost
 from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
 from tatamu.folding.press import Press
@@ -42,7 +41,7 @@ class Fold:
     fingers: Fingers = field(default_factory=Fingers)
     aim: Aim = field(default_factory=Aim)
     softening: float = 1.0
-    """Divisor of the stretch stiffness in scenes, because large triangles lock (`tatamu.folding.mesh`)."""
+    """Divisor of the stretch stiffness in scenes, because large triangles lock (`learning_mesh` of `task`)."""
     press: Press | None = None
 
     def __repr__(self) -> str:
@@ -109,31 +108,23 @@ class Fold:
 
     def patch(self, vertex: int) -> list[int]:
         """Return the vertices that fingers hold at a vertex: the outermost ones of every layer under their pads."""
-        if vertex not in self._patches:
-            self._patches[vertex] = self._patch(vertex)
-        return list(self._patches[vertex])
-
-    @cached_property
-    def _patches(self) -> dict[int, list[int]]:
-        """Held vertices of each vertex that was grasped so far. All trials use the same few grasps."""
-        return {}
-
-    def _patch(self, vertex: int) -> list[int]:
+        if vertex in self._patches:
+            return list(self._patches[vertex])
         spacing = self.garment.spacing
         across, along = self.crease.split(self.start)
         wide = max(self.fingers.width / 2, 1.3 * spacing)  # at least the neighbours of the vertex
         sideways = np.abs(along - along[vertex]) <= wide
         inwards = np.abs(across - across[vertex]) <= PAD + 1e-9
         under = np.flatnonzero(sideways & inwards & (across < 0))
-        held = outermost(across[under], along[under], self._links(under), spacing)
-        return under[held | (under == vertex)].tolist()
+        links = links_within(self._edges, under, len(self.start))
+        held = outermost(across[under], along[under], links, spacing)
+        self._patches[vertex] = under[held | (under == vertex)].tolist()
+        return list(self._patches[vertex])
 
-    def _links(self, vertices: np.ndarray) -> np.ndarray:
-        """Return the e mesh edges between two of the given vertices, as indices into `vertices`, shape (e, 2)."""
-        place = np.full(len(self.start), -1)
-        place[vertices] = np.arange(len(vertices))
-        links = place[self._edges]
-        return np.asarray(links[(links >= 0).all(axis=1)])
+    @cached_property
+    def _patches(self) -> dict[int, list[int]]:
+        """Held vertices of each vertex that was grasped so far. All trials use the same few grasps."""
+        return {}
 
     @cached_property
     def _edges(self) -> np.ndarray:
@@ -170,7 +161,12 @@ def fold_of(
     across, _ = line.split(state)
     if not (across.min() < 0 < across.max()):
         raise InputError(f"line: the fold line of step {step.title or step.line} does not cross the garment")
-    _check_room(garment, -across.min())
+    width = crease_of(garment, garment.material.thickness).arc[-1]
+    if width > -across.min():
+        raise InputError(
+            f"fold: the side that moves must be at least {width:.3f} m wide for a crease of this material, given "
+            f"{-across.min():.3f} m; give a larger garment or a limper material"
+        )
     hands = hands or step.hands
     left, right = candidates(garment, state, line, step, hands)
     points = plan.points(step, garment)
@@ -181,15 +177,6 @@ def fold_of(
         low, high = made.crease_ends
         step.press.gap_over(garment.material, made.folded_thickness, high - low)  # an early error if it is too low
     return made
-
-
-def _check_room(garment: Garment, reach: float) -> None:
-    width = crease_of(garment, garment.material.thickness).arc[-1]
-    if width > reach:
-        raise InputError(
-            f"fold: the side that moves must be at least {width:.3f} m wide for a crease of this material, given "
-            f"{reach:.3f} m; give a larger garment or a limper material"
-        )
 
 
 def make_fold(name: str, garment: Garment) -> Fold:

@@ -1,20 +1,21 @@
-"""Grasp candidates: the vertices on the moving edge that a hand may grasp, from the garment's corner inwards."""
+"""Where hands may grasp the moving edge, which vertices their fingers hold there, and how these press layers together.
+
+Grasp candidates are the vertices that a hand may grasp, from the garment's corner inwards.
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tatamu.base.errors import InputError
 from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
-HAND_CLEARANCE = 0.06
-"""Minimum distance between the grasps of the two hands [m], at which hands neither cross nor touch."""
 MIN_DISTANCE = 0.5
 """Minimum distance between a grasp and the fold line, as a fraction of the grasped edge's maximum distance."""
-SAME_PLACE = 0.4
-"""Maximum horizontal distance of vertices that lie one above the other, in edge lengths of the mesh."""
 
 
 def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
@@ -28,7 +29,8 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
     if hands == 1:
         only = _ordered(state, line, edges[0], 1.0)
         return only, only
-    clearance = max(HAND_CLEARANCE, 2.7 * garment.spacing)  # two pinches must not share a vertex
+    # at which hands neither cross nor touch, and two pinches do not share a vertex
+    clearance = max(0.06, 2.7 * garment.spacing)
     if len(edges) == 1:
         middle = 0.5 * (along[edges[0]].min() + along[edges[0]].max())
         place = along[edges[0]] - middle
@@ -75,7 +77,7 @@ def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> n
     if not (away > 0).any():
         return edge[:0]
     edge = edge[away >= MIN_DISTANCE * away.max()]
-    return _uppermost(state, edge, SAME_PLACE * garment.spacing)
+    return _uppermost(state, edge, 0.4 * garment.spacing)  # so near, vertices lie one above the other
 
 
 def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
@@ -100,3 +102,46 @@ def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
     while count and distance[:count, :count].min() < clearance - 1e-9:
         count -= 1
     return count
+
+
+APART = 1.05
+"""Distance between layers that fingers press together, in thicknesses of the cloth."""
+
+
+def links_within(edges: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:
+    """Return the edges between two of the given vertices, of a mesh with `count`, as indices into `vertices`."""
+    place = np.full(count, -1)
+    place[vertices] = np.arange(len(vertices))
+    links = place[edges]
+    return np.asarray(links[(links >= 0).all(axis=1)])
+
+
+def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing: float) -> np.ndarray:
+    """Return which of k vertices under a finger pad are held, shape (k,): the outermost row of each layer.
+
+    The cloth turns about this row. On fine meshes a pad covers a second row, which would also fix the slope of the
+    cloth: hands do not turn, so they would lay the moving side down with a hem turned up, which jumps when the hands
+    open.
+
+    `across` [m] is lower for outer vertices, and `links`, shape (e, 2), join the vertices of a layer.
+    """
+    count = len(across)
+    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
+    _, layer = connected_components(graph, directed=False)
+    # two vertices of a layer form a row across the edge of the cloth
+    behind = (layer[:, None] == layer[None, :]) & (np.abs(along[:, None] - along[None, :]) < 0.55 * spacing)
+    behind &= across[None, :] < across[:, None] - 0.1 * spacing
+    return np.asarray(~behind.any(axis=1))
+
+
+def pressed(points: np.ndarray, thickness: float, spacing: float) -> np.ndarray:
+    """Return the upward displacements of k vertices between closing fingers [m], shape (k,), never positive.
+
+    Every vertex moves down onto the layers below it: one above two others stops two thicknesses above the lowest.
+    Layers that already lie flat on each other do not move. The vertices are `points` [m], shape (k, 3).
+    """
+    height = points[:, 2]
+    beside = np.linalg.norm(points[:, None, :2] - points[None, :, :2], axis=2) < 0.55 * spacing
+    under = (beside & (height[None, :] < height[:, None] - 0.5 * thickness)).sum(axis=1)
+    moved = np.minimum(height.min() + APART * thickness * under - height, 0.0)
+    return np.where(moved < -thickness, moved, 0.0)  # smaller motions do not count

@@ -13,11 +13,6 @@ from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import Step
 from tatamu.garments import Garment
 
-TWO_HANDS = 0.15
-"""Minimum length of an edge that both hands grasp, along the fold line [m]. One hand grasps a cuff."""
-MAX_EDGES = 8
-"""How many edges, farthest from the fold line first, are tried as grasps, alone and in pairs."""
-
 
 def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tuple[str, ...], int]:
     """Return the one or two edges that hands should grasp, and the number of hands.
@@ -26,7 +21,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
     another edge is chosen, or a pair of which each hand grasps one.
     """
     plain = (farthest_edge(garment, state, line),)
-    hands = 2 if _extent(garment, state, line, plain[0]) >= TWO_HANDS else 1
+    hands = 2 if _extent(garment, state, line, plain[0]) >= 0.15 else 1  # one hand grasps a cuff
     try:
         if not covered(garment, state, line, plain, hands):
             return plain, hands
@@ -39,7 +34,7 @@ def grasp_for(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[tupl
 def other_grasp(garment: Garment, state: np.ndarray, line: FoldLine) -> tuple[str, ...] | None:
     """Return a grasp that carries all moving cloth: an edge for both hands, or one for each; None if there is none."""
     far = distances(garment, state, line)
-    names = sorted(far, key=lambda name: -far[name])[:MAX_EDGES]
+    names = sorted(far, key=lambda name: -far[name])[:8]
     middle = {name: float(line.split(state[garment.edges[name]])[1].mean()) for name in names}
     pairs = [tuple(sorted(pair, key=lambda name: -middle[name])) for pair in combinations(names, 2)]
     for grasp in [*((name,) for name in names), *pairs]:

@@ -6,7 +6,7 @@ layer at height z before the fold is parallel to this mid-surface at the distanc
 Far from the line, the stack is thus turned over: z becomes 2H - z. Near it, lengths change by 1 - d * curvature.
 
 There are two simplifications. The loops at earlier folds are pressed: their height above the stack of flat layers is
-multiplied by `KEPT`. The slope of H is at most `SLOPE`, because cloth does not hang straight down from an edge.
+multiplied by `KEPT`. The slope of H is at most 0.3, because cloth does not hang straight down from an edge.
 """
 
 from __future__ import annotations
@@ -20,14 +20,8 @@ from tatamu.garments import Garment
 from tatamu.simulation.heavy_strip.crease import Crease, crease
 from tatamu.simulation.mesh.topology import areas
 
-STACKS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0)
-"""Heights of stacks for which the shape of the crease is computed, in thicknesses; it is interpolated between."""
 KEPT = 0.5
 """Fraction of its height above flat layers that the loop at an earlier fold keeps when it is pressed."""
-FADE = 3.5
-"""Distance beyond the end of a crease in which the height of its loop falls to zero, in bending lengths."""
-SLOPE = 0.3
-"""Maximum slope of cloth that lies on other cloth [-]. Such cloth is 4 % longer than flat cloth."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +85,8 @@ def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
 
     mirrored = line.mirrored(state[:, :2])
     moving = (line.split(state)[0] < 0)[:, None]
-    both = surface.mapped(together, SLOPE).height(np.where(moving, state[:, :2], mirrored))
-    creased = _creased(surface, line, state, FADE * garment.material.bending_length)
+    both = surface.mapped(together, 0.3).height(np.where(moving, state[:, :2], mirrored))
+    creased = _creased(surface, line, state, 3.5 * garment.material.bending_length)
     return Stack(middle, surface.height(mirrored), 0.5 * both, creased)
 
 
@@ -132,8 +126,12 @@ def crease_of(garment: Garment, height: float) -> Crease:
 
 
 def _bent(garment: Garment, height: np.ndarray, u: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and z [m], shapes (n,), of points at arc lengths u and distances d from bent stacks' mid-surfaces."""
-    grid = np.array(STACKS) * garment.material.thickness
+    """Return x and z [m], shapes (n,), of points at arc lengths u and distances d from bent stacks' mid-surfaces.
+
+    They are interpolated between the creases of stacks of a few heights.
+    """
+    stacks = np.array([0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0])
+    grid = stacks * garment.material.thickness
     held = np.clip(height, grid[0], grid[-1])
     lower = np.clip(np.searchsorted(grid, held, side="right") - 1, 0, len(grid) - 2)
     share = (held - grid[lower]) / (grid[lower + 1] - grid[lower])

@@ -12,11 +12,6 @@ from tatamu.simulation.mesh.zbuffer import z_buffer
 
 PIXEL = 0.001
 """Width of a pixel in the map of heights [m]."""
-SLACK = 1e-9
-"""Tolerance, in barycentric coordinates, with which pixels at a triangle's border belong to it, so there are no gaps.
-"""
-NANOMETRES = 9
-"""Number of decimals of heights in metres, so that a flat layer has exactly equal heights."""
 
 
 class Surface:
@@ -36,10 +31,11 @@ class Surface:
         low = points[:, :2].min(axis=0) - reach - 2 * PIXEL
         size = np.ceil((points[:, :2].max(axis=0) + reach + 2 * PIXEL - low) / PIXEL).astype(int)
         corners = np.column_stack([(points[:, :2] - low) / PIXEL, points[:, 2]])
-        heights = z_buffer(corners, faces, (size[0], size[1]), SLACK).heights
+        heights = z_buffer(corners, faces, (size[0], size[1]), 1e-9).heights  # with this slack there are no gaps
         beside = maximum_filter(heights, size=2 * round(reach / PIXEL) + 1)
         heights = np.where(np.isfinite(heights), heights, beside) + 0.5 * thickness
-        return cls(low, np.where(np.isfinite(heights), heights.round(NANOMETRES), 0.0))
+        # in whole nanometres, so that a flat layer has exactly equal heights
+        return cls(low, np.where(np.isfinite(heights), heights.round(9), 0.0))
 
     @property
     def area(self) -> float:

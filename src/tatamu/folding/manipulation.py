@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
@@ -28,8 +28,6 @@ FRAME_RATE = 60.0
 
 Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
-OFF_PATH = 2e-3
-"""Maximum distance between a via-point of a file and the motion of its hand [m]."""
 VIA_EVERY = 10
 """Number of frames between via-points, which a robot follows (paper, section VI-C)."""
 
@@ -209,7 +207,7 @@ class Manipulation:
         return made
 
     def check_via_points(self, via: ViaPoints | None) -> None:
-        """Check that via-points lie within `OFF_PATH` of the curves of the hands, because a robot follows them."""
+        """Check that via-points lie within 2 mm of the curves of the hands, because a robot follows them."""
         if via is None:
             return
         times, moved = self.motion()
@@ -217,7 +215,7 @@ class Manipulation:
             points = getattr(via, name)
             wanted = position + np.column_stack([np.interp(via.times, times, column) for column in path.T])
             distance = np.inf if points is None else float(np.linalg.norm(points - wanted, axis=1).max(initial=0.0))
-            if not distance <= OFF_PATH:
+            if not distance <= 2e-3:
                 raise InputError(
                     f"via_points.{name}: must lie on the hand's curve at their times, given {1e3 * distance:.1f} mm off"
                 )
@@ -320,3 +318,45 @@ def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[n
 
 def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     return tuple(fold.place(vertex) for vertex in grasps)
+
+
+Two = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class HandShift(OpenRecord):
+    """The correction of the path of one hand [m]."""
+
+    grasp: Two = Field(default_factory=lambda: [0.0, 0.0])
+    """Shift of the grasp [m]: in the direction of the fold, and to the left of it."""
+    release: Two = Field(default_factory=lambda: [0.0, 0.0])
+    """Shift of the release [m], in the same directions."""
+    height: float = 0.0
+    """Upward shift of the whole path [m]."""
+
+    @property
+    def is_none(self) -> bool:
+        return not any((*self.grasp, *self.release, self.height))
+
+
+def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift]) -> Manipulation:
+    """Return a manipulation with corrected paths of its hands, left before right.
+
+    A shift of the grasp moves the control points P0 and P1 of a hand's curve. A shift of the release moves P2 and P3.
+
+    Raises:
+        InputError: If there are fewer shifts than hands, or the paths are not Bezier curves.
+    """
+    if manipulation.control_points is None or len(shifts) < len(manipulation.grasps):
+        raise InputError(
+            f"shift: must be one correction for each of {len(manipulation.grasps)} hands, given {len(shifts)}"
+        )
+    if all(shift.is_none for shift in shifts):
+        return manipulation
+    positions = []
+    points = []
+    for position, control, shift in zip(manipulation.positions, manipulation.control_points, shifts, strict=False):
+        grasp, release = (fold.vector(*each) for each in (shift.grasp, shift.release))
+        positions.append(position + grasp + [0.0, 0.0, shift.height])
+        points.append(control + np.outer([0.0, 0.0, 1.0, 1.0], release - grasp))
+    paths = tuple(map(curves.sampled_bezier, points))
+    return replace(manipulation, positions=tuple(positions), control_points=tuple(points), paths=paths)

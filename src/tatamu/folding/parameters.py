@@ -17,10 +17,6 @@ Grasps = Literal["integer", "continuous"]
 """`integer`: grasps are whole numbers from 0 to M-1; `continuous`: the paper's real numbers from 0 to M, rounded down
 when they are used."""
 
-MAX_HEIGHT = 0.75
-"""Maximum height of P1 and P2 above the grasp, in spans."""
-LOW = ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))
-"""Low curves: the height of P1 above the grasp, and the horizontal distance of P2 from it, in spans."""
 ARCHED = 0.2
 """Height of P1 above the grasp and of P2 above the release in the arched curve, in spans."""
 HIGH = 0.5
@@ -30,11 +26,11 @@ HIGH = 0.5
 def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
     """Return the search space of a fold, in which l_x of Eq. (10) is the known part of the objective.
 
-    P1 and P2 lie horizontally between grasp and release, at most `MAX_HEIGHT` above the grasp. They are not below it,
+    P1 and P2 lie horizontally between grasp and release, at most 0.75 spans above the grasp. They are not below it,
     nor below the release if there are fingers, which must pass over the cloth there.
     """
     ahead = Bounds(0.0, fold.span)
-    up = Bounds(_lowest(fold), MAX_HEIGHT * fold.span)
+    up = Bounds(_lowest(fold), 0.75 * fold.span)
     count = fold.candidates
     grasp = Bounds(0, count - 1, whole=True) if grasps == "integer" else Bounds(0.0, float(count))
     bounds = {"x1": ahead, "z1": up, "x2": ahead, "z2": up, "g1": grasp, "g2": grasp}
@@ -72,7 +68,7 @@ def low_curves(fold: Fold) -> list[Parameters]:
     lowest = _lowest(fold)
     return [
         {"x1": 0.0, "z1": max(height * fold.span, lowest), "x2": ahead * fold.span, "z2": lowest, "g1": 0, "g2": 0}
-        for height, ahead in LOW
+        for height, ahead in ((0.2, 0.33), (0.1, 0.33), (0.06, 1.0))  # of P1 above the grasp and P2 from it, in spans
     ]
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tatamu.base.errors import InputError
 from tatamu.folding.plan import Plan, load_plan
-from tatamu.folding.proposals import AUTO_PLAN, best_plan, propose
+from tatamu.folding.proposals import AUTO_PLAN, propose
 from tatamu.garments import Garment
 
 THIRD = 0.18
@@ -76,7 +76,7 @@ def make_plan(name: str, garment: Garment) -> Plan:
         return load_plan(Path(name))
     known = known_plans(garment)
     if name == AUTO_PLAN:
-        return best_plan(garment) if garment.own else known["half"]
+        return propose(garment)[0].plan if garment.own else known["half"]
     if name in known:
         return known[name]
     proposed = {proposal.plan.name: proposal.plan for proposal in propose(garment)} if garment.own else {}

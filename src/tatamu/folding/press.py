@@ -25,12 +25,8 @@ from tatamu.simulation.material import Material, Number
 
 FLAT = 2.396
 """The constant c of D [-]: twice the integral of sqrt(sin) over a quarter turn."""
-PLATE, HAND = (0.06, 0.4), (0.02, 0.03)
-"""Default sizes of a plate and of a pressing hand, across the fold line and along it [m]."""
 HALF_THICKNESS = 0.005
 """Half the thickness of a plate or a pressing hand [m]."""
-BEYOND = 0.01
-"""Distance by which a plate extends beyond the fold line [m]."""
 RESTS = 0.3
 """Time for the cloth to fall before the pressing, and to rise after it [s]."""
 MOVES = 0.4
@@ -65,7 +61,7 @@ class Press(Record):
 
     @property
     def area(self) -> tuple[float, float]:
-        return self.size or (PLATE if self.tool == "plate" else HAND)
+        return self.size or ((0.06, 0.4) if self.tool == "plate" else (0.02, 0.03))
 
     @property
     def duration(self) -> float:
@@ -114,7 +110,8 @@ def press_body(press: Press, line: FoldLine, ends: tuple[float, float], gap: flo
         heights.append(before[1] + share * (height - before[1]))
         places.append(before[2] + share * (place - before[2]))
     count = 1 + KNOTS * len(legs)
-    plane = line.join(np.full(count, 0.5 * across - BEYOND), np.concatenate(places))
+    # a plate extends beyond the fold line
+    plane = line.join(np.full(count, 0.5 * across - 0.01), np.concatenate(places))
     turned = 0.5 * float(np.arctan2(line.normal[1], line.normal[0]))
     return Body(
         name=f"pressing {press.tool}",

@@ -15,13 +15,10 @@ from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouett
 from tatamu.folding.coverage import Part
 from tatamu.folding.grasps import farthest_edge
 from tatamu.folding.hold import covered, grasp_for
-from tatamu.folding.ideal import crease_of
-from tatamu.folding.mirrored import laid
+from tatamu.folding.ideal import FoldLine, crease_of
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
-SHORT_FLAP = 2.0
-"""Minimum width of a folded part, in widths of its crease; a narrower one is mostly loop."""
 AUTO_PLAN = "auto"
 SIDES = ("bottom", "top", "left", "right")
 """Names that `tatamu.garments.outline` gives to edges without a name."""
@@ -59,11 +56,6 @@ def propose(garment: Garment) -> list[Proposal]:
     return sorted(
         found, key=lambda each: (bool(each.missed), each.short)
     )  # The sort is stable, so equally good proposals keep their order.
-
-
-def best_plan(garment: Garment) -> Plan:
-    """Return the best fold plan for a garment's outline."""
-    return propose(garment)[0].plan
 
 
 def _sequences(garment: Garment) -> list[tuple[str, list[_Fold]]]:
@@ -153,5 +145,16 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
         step["hands"] = 1
     missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
     stacked = bool(before.steps) or fold.at is not None
-    short = before.short or (stacked and flap < SHORT_FLAP * crease)
+    short = before.short or (stacked and flap < 2.0 * crease)  # it would be mostly loop
     return _Folded((*before.steps, step), (*before.missed, *missed), short, laid(garment, state, line))
+
+
+def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
+    """Return the positions of a cloth whose moving side is mirrored and laid on top [m], shape (n, 3)."""
+    across, _ = line.split(state)
+    moving = across < 0
+    after = state.copy()
+    after[moving, :2] = line.mirrored(state)[moving]
+    top = float(state[:, 2].max()) + 0.5 * garment.material.thickness
+    after[moving, 2] = 2.0 * top - state[moving, 2]
+    return after

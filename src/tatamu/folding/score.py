@@ -129,11 +129,6 @@ def shape_distance(e: np.ndarray) -> float:
     return float((weights(e) * e).sum())
 
 
-def residuals(e: np.ndarray) -> np.ndarray:
-    """Return a vector, shape (n,), whose squares sum to alpha D of Eq. (10), from the distances e_i [m]."""
-    return np.asarray(np.sqrt(ALPHA * weights(e) * e))
-
-
 def score(fold: Fold, trajectory_length: float, outcome: np.ndarray) -> Score:
     """Return the score of a trial from the final positions of the cloth [m], shape (n, 3)."""
     e = vertex_distances(fold.target, outcome)

@@ -1,8 +1,8 @@
-"""A task: one step of a fold plan, which is one fold of one garment, in one simulator."""
+"""A task: one step of a fold plan, which is one fold of one garment, in one simulator, perhaps for one robot."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
@@ -17,12 +17,10 @@ from tatamu.base.records import OpenRecord
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.fold import Fold, fold_of, ideal_folds
-from tatamu.folding.manipulation import Manipulation, bezier_manipulation
-from tatamu.folding.mesh import learning_mesh
+from tatamu.folding.manipulation import HandShift, Manipulation, bezier_manipulation, shifted
 from tatamu.folding.parameters import search_space
 from tatamu.folding.plan import Plan
 from tatamu.folding.plans import make_plan
-from tatamu.folding.shift import HandShift, shifted
 from tatamu.garments import Garment, make_garment
 from tatamu.search.space import Space
 from tatamu.simulation.material import Material
@@ -191,6 +189,31 @@ def make_task(
     return Task(garment, plan, simulator, hands, reach, asked, fingers or Fingers(), softening=softening)
 
 
+def learning_mesh(garment: Garment, plan: Plan, hands: int | None) -> tuple[Garment, float]:
+    """Return a garment on the mesh on which it is folded, and the divisor k^2 of its stretch stiffness.
+
+    Large triangles lock: where cloth curves in two directions, they must stretch instead of bend, and the cloth seems
+    too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B.
+    On a mesh whose spacing is k times the garment's own, scenes therefore have the stretch stiffness Y / k^2.
+
+    The ratios k are the largest for which a fold succeeds on this mesh whenever it does on a mesh of half the spacing,
+    in at least 95 of 100 scenarios (`make meshes`, docs/notes/learning.md). A garment keeps its mesh if its spacing was
+    given, if `make_garment` did not make it, and if it is small.
+    """
+    source = garment.source
+    if source is None or garment.spacing_given:
+        return garment, 1.0
+    ratio = 1.5 if len(plan.steps) > 1 else 2.0 if garment.layers == 1 else 1.7  # loops of earlier steps spring open
+    try:
+        made = make_garment(source.name, source.size, garment.material, ratio * garment.spacing, source.scale)
+        ideal_folds(made, plan, hands)
+    except InputError:
+        return garment, 1.0
+    if not 250 <= len(made.vertices) < len(garment.vertices):
+        return garment, 1.0
+    return replace(made, source=source), ratio**2
+
+
 def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) -> TaskOptions | None:
     """Return the names and options of a task; None if its garment was not made by `make_garment`."""
     source = garment.source
@@ -211,3 +234,36 @@ def _asked(garment: Garment, fold: str, hands: int | None, reach: Reach | None) 
 def digest(*arrays: np.ndarray) -> str:
     """Return a short name for arrays, which changes with any bit of them."""
     return sha256(b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in arrays)).hexdigest()[:16]
+
+
+def check_reach(task: Task) -> None:
+    """Raise InputError if the robot can carry out no typical fold in a step of the plan."""
+    if task.reach is None:
+        return
+    folds = ideal_folds(task.garment, task.plan, task.hands)
+    for number in range(task.number, len(folds)):
+        _check_step(task.at(number, folds[number - 1].target if number else None), task.reach)
+
+
+def _check_step(task: Task, reach: Reach) -> None:
+    number, count = task.step
+    name = f"step {number}, {task.title}," if count > 1 else f"the fold {task.title or task.plan.name}"
+    if task.fold.press is not None:
+        raise InputError(f"press: {reach.robot} cannot press {name}; leave press out of the fold plan")
+    refusals = []
+    for parameters in _typical_folds(task.fold):
+        refusal = reach.refusal(task.manipulation(parameters))
+        if refusal is None:
+            return
+        refusals.append(refusal)
+    raise InputError(
+        f"robot: {name} is out of reach of {reach.robot} in {len(refusals)} of {len(refusals)} typical folds; the "
+        f"first: {refusals[0]}"
+    )
+
+
+def _typical_folds(fold: Fold) -> Iterator[dict[str, float]]:
+    last = fold.candidates - 1
+    for grasp in dict.fromkeys((0, last // 2, last)):
+        for up in (0.2 * fold.span, 0.5 * fold.span):
+            yield {"x1": 0.1 * fold.span, "z1": up, "x2": 0.8 * fold.span, "z2": up, "g1": grasp, "g2": grasp}

@@ -9,13 +9,12 @@ import numpy as np
 
 from tatamu.base import curves
 from tatamu.folding.fold import Fold
+from tatamu.folding.grasps import pressed
 from tatamu.folding.hand import HandPath, finger_bodies, leaves
 from tatamu.folding.manipulation import FRAME_RATE, HANDS, WAIT, Hand, Manipulation
-from tatamu.folding.mesh import softened
-from tatamu.folding.pinch import pressed
 from tatamu.folding.press import press_body
 from tatamu.simulation.body import Body
-from tatamu.simulation.material import Material
+from tatamu.simulation.material import ORTHOTROPIC_MEMBRANE, Material
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 _CLOSING = np.linspace(0.0, WAIT, round(WAIT * FRAME_RATE) + 1).tolist()
@@ -66,7 +65,8 @@ def scene_with(fold: Fold, carries: Sequence[Carry], ends: float, material: Mate
         for held, down in _held(fold, carry.vertex)
         for knots, path in [_after_closing(carry, down)]
     ]
-    bodies = _bodies(fold, carries, material.thickness)
+    fingered = carries if fold.fingers.stated else ()
+    bodies = [body for carry in fingered for body in _fingers(fold, carry, material.thickness)]
     if fold.press is not None:
         left = max((carry.opens for carry in carries), default=0.0) + leaves(fold.fingers)
         low, high = fold.crease_ends
@@ -89,12 +89,6 @@ def _held(fold: Fold, vertex: int) -> list[tuple[list[int], float]]:
     patch = np.array(fold.patch(vertex))
     down = pressed(fold.start[patch], fold.garment.material.thickness, fold.garment.spacing)
     return [(patch[down == each].tolist(), float(each)) for each in np.unique(down)[::-1]]
-
-
-def _bodies(fold: Fold, carries: Sequence[Carry], thickness: float) -> list[Body]:
-    if not fold.fingers.stated:
-        return []
-    return [body for carry in carries for body in _fingers(fold, carry, thickness)]
 
 
 def _fingers(fold: Fold, carry: Carry, thickness: float) -> list[Body]:
@@ -135,3 +129,11 @@ def _cloth(fold: Fold, thicker: float) -> Cloth:
     return Cloth(
         vertices=start, faces=garment.faces, rest_vertices=unstrained, seams=garment.seams, fibre=garment.fibre
     )
+
+
+def softened(material: Material, divisor: float) -> Material:
+    """Return a material whose stretch and shear stiffnesses are divided."""
+    if divisor == 1.0:
+        return material
+    known = {name: getattr(material, name) for name in ("stretch_stiffness", *ORTHOTROPIC_MEMBRANE)}
+    return material.model_copy(update={name: value / divisor for name, value in known.items() if value is not None})

@@ -10,9 +10,6 @@ from cmaes import CMA
 from tatamu.search.search import Observation, Search
 from tatamu.search.space import Parameters, Space
 
-FIRST_SPREAD = 1.0 / 6.0
-"""Standard deviation of the first generation about the middle of the unit cube, in its sides, as in Optuna."""
-
 
 class CMASearch(Search):
     """Search that draws each proposal from a normal distribution, adapted to the results of earlier generations.
@@ -34,7 +31,8 @@ def replay_strategy(space: Space, observations: Sequence[Observation]) -> CMA:
     """Return the strategy after all complete generations of observations, in the given order."""
     dimensions = space.dimensions
     bounds = np.tile([0.0, 1.0], (dimensions, 1))
-    strategy = CMA(np.full(dimensions, 0.5), FIRST_SPREAD, bounds, seed=0, n_max_resampling=10 * dimensions)
+    # the first generation is spread about the middle of the cube as in Optuna
+    strategy = CMA(np.full(dimensions, 0.5), 1.0 / 6.0, bounds, seed=0, n_max_resampling=10 * dimensions)
     points = space.points([each.parameters for each in observations])
     size = strategy.population_size
     for first in range(0, len(points) - size + 1, size):

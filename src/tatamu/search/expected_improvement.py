@@ -17,15 +17,13 @@ import numpy as np
 from scipy.special import erfcx, log_ndtr, ndtr
 
 LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
-FAR = -1.0
-"""Minimum z for the usual formula. Below it, its two terms nearly cancel, so another formula is used."""
 TINY = 1e-300
 
 
 def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
     """Return the logarithm of the expected improvement at p points with normal objectives, shape (p,)."""
     z = (best - mean) / deviation
-    near = z > FAR
+    near = z > -1.0  # below, the two terms of the usual formula nearly cancel
     found = np.empty_like(z)
     density = np.exp(-0.5 * z[near] ** 2 - LOG_SQRT_2PI)
     found[near] = np.log(z[near] * ndtr(z[near]) + density + TINY)

@@ -27,12 +27,6 @@ JITTER = 1e-6
 PRIOR_OBSERVATIONS = 2.0
 LOG_LENGTH_SPREAD = 1.0
 """Standard deviation v of log l_k in its prior."""
-MIN_LENGTH, MAX_LENGTH = 0.03, 30.0
-"""Minimum and maximum length l_k, in sides of the unit cube."""
-START = 0.5
-"""Length l_k at which the search for the lengths starts, in sides of the unit cube."""
-IMPOSSIBLE = 1e25
-"""Loss of lengths with which R cannot be factorised."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +52,10 @@ class GaussianProcess:
         posterior = _Posterior(points, values)
         found = minimize(
             posterior.loss,
-            np.full(dimensions, np.log(START)),
+            np.full(dimensions, np.log(0.5)),
             jac=True,
             method="L-BFGS-B",
-            bounds=[(np.log(MIN_LENGTH), np.log(MAX_LENGTH))] * dimensions,
+            bounds=[(np.log(0.03), np.log(30.0))] * dimensions,
             options={"maxiter": 30, "ftol": 1e-5, "gtol": 1e-2},
         )
         return cls._with(points, values, np.exp(found.x))
@@ -116,7 +110,7 @@ class _Posterior:
         correlation = (1.0 + distance + distance * distance / 3.0) * decay
         factor, singular = dpotrf(_with_jitter(correlation.reshape(count, count)), lower=1)
         if singular:
-            return IMPOSSIBLE, np.zeros_like(log_lengths)
+            return 1e25, np.zeros_like(log_lengths)
         _, weights, variance = _closed_forms(factor, self._values)
         deviation = (log_lengths - self._centre) / LOG_LENGTH_SPREAD
         loss = 0.5 * (count + PRIOR_OBSERVATIONS) * np.log(variance) + np.log(np.diag(factor)).sum()

@@ -20,15 +20,9 @@ from tatamu.search.space import KnownPart, Parameters, Space
 
 THREADS = ThreadpoolController()
 """Controls the threads of linear algebra. With more than one, small matrices take ten times as long."""
-MIN_UNKNOWN = 1e-6
-"""Minimum of an objective without its known part, which rounding errors could make zero or negative."""
-MIN_DEVIATION = 0.1
-"""Minimum standard deviation by which observed logarithms are divided, so that small differences stay small."""
 APART = 0.03
 """Minimum difference between a proposal and every known or pending point in at least one parameter, in sides of the
 cube."""
-TAKEN = 1e9
-"""Amount by which points nearer than `APART` are lowered, so that they are proposed only if no other point improves."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +60,16 @@ class GPSearch(Search):
         points = self.space.points([each.parameters for each in self.known])
         objectives = np.array([each.objective for each in self.known])
         pending = self.space.points(self.pending)
+        taken = np.concatenate([points, pending])
+        best = points[np.argsort(objectives, kind="stable")[: self.maximisation.best_trials]]
         with THREADS.limit(limits=1):
-            acquisition = _acquisition(self.space, points, objectives, pending)
-            best = leading(points, objectives, self.maximisation.best_trials)
-            taken = np.concatenate([points, pending])
-            acquisition = away_from(taken, acquisition)
+            improvement = _acquisition(self.space, points, objectives, pending)
+
+            def acquisition(at: np.ndarray) -> np.ndarray:
+                """Lower the improvement near known and pending points: they are proposed only if no other improves."""
+                near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
+                return improvement(at) - 1e9 * near
+
             point, height = maximise(acquisition, self.space, best, np.random.default_rng(seed), self.maximisation)
         return self.space.parameters(point), float(np.exp(height) / objectives.min())
 
@@ -85,7 +84,8 @@ def _acquisition(
         least = (best - centre) / spread
         return lambda at: np.log(spread) + log_expected_improvement(least, *process.predict(at))
     known_part: KnownPart = space.known_part
-    process, centre, spread = fit_standardised(points, log_unknown(space, points, objectives), pending)
+    unknown = np.maximum(objectives - known_part(space.values(points)), 1e-6)  # rounding errors could make it negative
+    process, centre, spread = fit_standardised(points, np.log(unknown), pending)
 
     def improvement(at: np.ndarray) -> np.ndarray:
         mean, deviation = process.predict(at)
@@ -96,34 +96,12 @@ def _acquisition(
     return improvement
 
 
-def away_from(taken: np.ndarray, acquisition: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return an acquisition function that is lowered within `APART` of n known or pending points, shape (n, d)."""
-
-    def lowered(at: np.ndarray) -> np.ndarray:
-        near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
-        return acquisition(at) - TAKEN * near
-
-    return lowered
-
-
-def log_unknown(space: Space, points: np.ndarray, objectives: np.ndarray) -> np.ndarray:
-    """Return the logarithms of n objectives without their known part, shape (n,); the objectives if none is known."""
-    if space.known_part is None:
-        return objectives
-    return np.asarray(np.log(np.maximum(objectives - space.known_part(space.values(points)), MIN_UNKNOWN)))
-
-
-def leading(points: np.ndarray, objectives: np.ndarray, count: int) -> np.ndarray:
-    """Return the points with the lowest objectives, best first, shape (count, d)."""
-    return points[np.argsort(objectives, kind="stable")[:count]]
-
-
 def fit_standardised(
-    points: np.ndarray, values: np.ndarray, pending: np.ndarray, least: float = MIN_DEVIATION
+    points: np.ndarray, values: np.ndarray, pending: np.ndarray
 ) -> tuple[GaussianProcess, float, float]:
     """Return a process of standardised values that believes pending points, with the values' centre and spread."""
     centre = float(values.mean())
-    spread = max(float(values.std()), least)
+    spread = max(float(values.std()), 0.1)  # small differences stay small
     return GaussianProcess.fit(points, (values - centre) / spread).believing(pending), centre, spread
 
 

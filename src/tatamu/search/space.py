@@ -16,8 +16,6 @@ Parameters = dict[str, int | float]
 """A point of a search space, by the names of its parameters. Whole numbers have the type `int`."""
 KnownPart = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """Computes the part of an objective that needs no simulation, shape (p,), from the p values of each parameter."""
-ROUNDING = 1e-9
-"""Maximum distance outside a bound that still counts as a rounding error, as a fraction of the range."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Bounds:
 
     def check(self, name: str, value: Any) -> None:
         """Raise an InputError that begins with `name` if a value is not a number within the bounds."""
-        slack = ROUNDING * (self.high - self.low)
+        slack = 1e-9 * (self.high - self.low)  # for rounding errors
         number = isinstance(value, Real) and not isinstance(value, bool)
         if not number or not self.low - slack <= value <= self.high + slack or (self.whole and value != int(value)):
             kind = "a whole number" if self.whole else "a number"

@@ -8,6 +8,7 @@ releases when the client ends, even by a crash.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ import optuna
 from optuna.storages import RDBStorage
 from sqlalchemy import Connection, event
 from sqlalchemy import text as sql
-from sqlalchemy.engine import URL, ExceptionContext, make_url
+from sqlalchemy.engine import ExceptionContext, make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
 from tatamu.base.errors import InputError, UnavailableError
@@ -28,34 +29,19 @@ Value = TypeVar("Value")
 
 OPENING_SECONDS = 10.0
 """Maximum time for opening the first connection [s]."""
-RETRY_SECONDS = 120.0
-"""Maximum time for opening a lost connection again [s]."""
 HOLD_SECONDS = 15.0
 """Maximum time for which a client waits for a study that another client has locked [s]."""
 PAUSE = 0.25
 """Pause between two attempts to use the database, or to lock a study [s]."""
-CONNECTIONS = 4
-"""Maximum number of connections of a client, without the one that locks its studies."""
-SERVER_OPTIONS = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
-"""With these, the server notices that a client's machine has disappeared, and releases its locks."""
 LOST_STATES = ("08", "57P", "53300")
 """Beginnings of SQLSTATE codes: the connection was lost, the server shuts down or has too many clients."""
 PASSING_STATES = (*LOST_STATES, "40001", "40P01", "42P07", "42710", "23505")
 """SQLSTATE codes after which an operation is repeated: also conflicts, and tables that another client creates at this
 time."""
-PASSING_WORDS = (
-    "refused",
-    "starting up",
-    "shutting down",
-    "recovery mode",
-    "not yet accepting connections",
-    "too many clients",
-    "closed the connection",
-    "connection is closed",
-    "terminating connection",
-    "timeout expired",
-    "reset by peer",
-    "no such file or directory",
+PASSING_WORDS = re.compile(
+    "refused|starting up|shutting down|recovery mode|not yet accepting connections|too many clients|"
+    "closed the connection|connection is closed|terminating connection|timeout expired|reset by peer|"
+    "no such file or directory"
 )
 """Parts of messages after which an operation is repeated, if the driver gives no SQLSTATE code."""
 
@@ -89,7 +75,8 @@ class SharedDatabase:
     """A database that several machines use, with this process's connections to it."""
 
     address: str
-    retry_seconds: float = RETRY_SECONDS
+    retry_seconds: float = 120.0
+    """Maximum time for opening a lost connection again [s]."""
     _storage: RDBStorage | None = None
     _holding: Connection | None = None
     _held: set[str] = field(default_factory=set)
@@ -210,13 +197,15 @@ class SharedDatabase:
 
     def _open(self) -> RDBStorage:
         url = make_url(self.address).set(drivername="postgresql+psycopg")
+        # with these, the server notices that a client's machine has disappeared, and releases its locks
+        alive = "-c tcp_keepalives_idle=60 -c tcp_keepalives_interval=10 -c tcp_keepalives_count=3"
         storage = RDBStorage(
-            _rendered(url),
+            url.render_as_string(hide_password=False),
             engine_kwargs={
-                "pool_size": CONNECTIONS + 1,
+                "pool_size": 5,  # one connection locks the studies of this client
                 "max_overflow": 0,
                 "pool_timeout": 600,
-                "connect_args": {"connect_timeout": 5, "application_name": "tatamu", "options": SERVER_OPTIONS},
+                "connect_args": {"connect_timeout": 5, "application_name": "tatamu", "options": alive},
             },
         )
         event.listen(storage.engine, "handle_error", _say_that_it_was_lost)
@@ -247,10 +236,6 @@ def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
         database.close()
 
 
-def _rendered(url: URL) -> str:
-    return url.render_as_string(hide_password=False)
-
-
 def _say_that_it_was_lost(context: ExceptionContext) -> None:
     """Raise a `ConnectionLostError` for an SQLAlchemy error that means this."""
     state, reason = _reason(context.original_exception)
@@ -259,7 +244,7 @@ def _say_that_it_was_lost(context: ExceptionContext) -> None:
 
 
 def _passes(state: str, reason: str, states: tuple[str, ...] = PASSING_STATES) -> bool:
-    return state.startswith(states) if state else any(words in reason.lower() for words in PASSING_WORDS)
+    return state.startswith(states) if state else bool(PASSING_WORDS.search(reason.lower()))
 
 
 def _reason(error: BaseException) -> tuple[str, str]:

@@ -92,9 +92,6 @@ class ResultFolder:
             return None
         return validated(SharedStudyRecord, read_json(self.shared_study_file), self.shared_study_file)
 
-    def write_shared_study(self, record: SharedStudyRecord) -> None:
-        write_json(self.shared_study_file, record.model_dump())
-
     @property
     def has_study(self) -> bool:
         """Whether a study or a plan was started here."""

@@ -23,8 +23,6 @@ from tatamu.simulation.material import is_preset
 INPUTS = "inputs"
 INDEX = "files.json"
 """The file with the path of the copy of each kind of input."""
-MAX_INPUT = 256 * MIB
-"""Maximum size of a copied file [bytes]. The meshes of a robot's links may be large."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def _keep(folder: Path, source: Sources) -> str:
     places = [path.relative_to(base) for path in paths]
     for path, place in zip(paths, places, strict=True):
         with replacing(folder / place) as temporary:
-            temporary.write_bytes(read_bytes(path, MAX_INPUT))
+            temporary.write_bytes(read_bytes(path, 256 * MIB))
     return places[0].as_posix()
 
 

@@ -33,8 +33,7 @@ from tatamu.evaluation.success import Success
 from tatamu.folding.advice import UncarriedWarning, advice
 from tatamu.folding.fold import Fold
 from tatamu.folding.parameters import initial_curves, later_curves, search_space, transfer
-from tatamu.folding.reachable import check_reach
-from tatamu.folding.task import Task, digest
+from tatamu.folding.task import Task, check_reach, digest
 from tatamu.search import Parameters, Proposal, find_search
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.side_by_side import executor_of
@@ -157,19 +156,18 @@ class _Learning:
                 here = task if number == 0 else task.at(number, results[-1].final)
                 place = None if folder is None else folder.step(number)
                 _delete_outdated_step(here, place, self.database)
-                curves = [*self.initial(here.fold), *first] if number == 0 else self._later(here, results)
+                if number == 0:
+                    curves = [*self.initial(here.fold), *first]
+                else:  # usual curves, and the best of the earlier steps
+                    grasps = self.options.grasps
+                    best = [transfer(each.best.parameters, each.task.fold, here.fold, grasps) for each in results]
+                    curves = [*later_curves(here.fold), *best]
                 results.append(self.step(here, place, curves))
         except KeyboardInterrupt:
             if folder is not None and (learned := [Result.load(step.path) for step in folder.learned_steps()]):
                 self._whole(task, learned, folder)
             raise
         return self._whole(task, results, folder)
-
-    def _later(self, task: Task, results: Sequence[Result]) -> list[Parameters]:
-        """Return the initial curves of a later step: usual ones, and the best of the earlier steps."""
-        grasps = self.options.grasps
-        best = [transfer(each.best.parameters, each.task.fold, task.fold, grasps) for each in results]
-        return [*later_curves(task.fold), *best]
 
     def _whole(self, task: Task, results: Sequence[Result], folder: ResultFolder | None) -> PlanResult:
         """Return the joined result of all steps, and write the files of the whole plan that are missing."""
@@ -337,22 +335,19 @@ def _disturbances(task: Task, options: LearnOptions, held: StudyRecord | None) -
     """Return the disturbances of a study. A resumed one keeps its own, unless others are given."""
     if held is not None and options.disturbances is None:
         return None if held.disturbances is None else Disturbances.model_validate(held.disturbances)
-    found = _given_disturbances(task, options)
+    given = options.disturbances
+    if isinstance(given, Disturbances):
+        found: Disturbances | None = given
+    elif given is None and task.reach is not None and task.reach.disturbances is not None:
+        found = disturbances_in(task.reach.disturbances, "robot")
+    elif isinstance(given, str | Path | None):
+        found = load_disturbances("default" if given is None else str(given))
+    else:
+        raise InputError(f"disturbances: must be default, none, a file, or Disturbances, given {given!r}")
     material = task.asked.material if task.asked else None
     if found is not None and material is not None and not found.mean:  # means are from measured folds
         found = with_calibrated(found, Path(material), task.garment.material)
     return found
-
-
-def _given_disturbances(task: Task, options: LearnOptions) -> Disturbances | None:
-    given = options.disturbances
-    if isinstance(given, Disturbances):
-        return given
-    if given is None and task.reach is not None and task.reach.disturbances is not None:
-        return disturbances_in(task.reach.disturbances, "robot")
-    if not isinstance(given, str | Path | None):
-        raise InputError(f"disturbances: must be default, none, a file, or Disturbances, given {given!r}")
-    return load_disturbances("default" if given is None else str(given))
 
 
 def _refuse_other(folder: ResultFolder, several: bool) -> None:

@@ -7,11 +7,11 @@ not depend on the number of processors, and a resumed one repeats the same calls
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
 
@@ -36,10 +36,9 @@ if TYPE_CHECKING:
 
 Stage = Literal["trials", "first", "baselines", "success", "report"]
 Trials = int | Literal["auto"]
-MAX_AUTO = 100
-"""Maximum number of trials if their number is not given."""
-MIN_GAIN, IN_A_ROW = 0.001, 3
-"""The search ends when so many proposals in a row expect a smaller gain, as a fraction of the best objective."""
+Given = TypeVar("Given")
+MIN_GAIN = 0.001
+"""The search ends when three proposals in a row expect a smaller gain, as a fraction of the best objective."""
 SUCCESS_SIMULATIONS = 36
 """How many scenarios the best fold is simulated in that were not used to learn it."""
 
@@ -75,13 +74,13 @@ class Progress:
 
 def max_trials(trials: Trials) -> int:
     """Return how many trials there are at most."""
-    return MAX_AUTO if trials == "auto" else trials
+    return 100 if trials == "auto" else trials
 
 
 def is_over(trials: Trials, made: Sequence[Proposal]) -> bool:
     """Return whether no further trial is to be made."""
-    gains = [each.gain for each in made[-IN_A_ROW:]]
-    converged = len(gains) == IN_A_ROW and all(gain is not None and gain < MIN_GAIN for gain in gains)
+    gains = [each.gain for each in made[-3:]]
+    converged = len(gains) == 3 and all(gain is not None and gain < MIN_GAIN for gain in gains)
     return len(made) >= max_trials(trials) or (trials == "auto" and converged)
 
 
@@ -211,7 +210,8 @@ class Study:
         refused = refuse(self.evaluator.task, ask.parameters)
         if refused is not None:
             return _done(refused)
-        return self._executor.submit(_timed, self.evaluator.undisturbed if undisturbed else self.evaluator, ask)
+        evaluator = self.evaluator.undisturbed if undisturbed else self.evaluator
+        return self._executor.submit(_timed, evaluator, ask, ask.beat)
 
     def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
         """Record a trial and tell it to the search. Return whether it is new."""
@@ -258,7 +258,7 @@ class Study:
         """Return the undisturbed evaluation of a trial with its rollout, which is simulated again if need be."""
         if number not in self._kept or self._kept[number].rollout is None:
             parameters = self.trials[number].parameters
-            future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters))
+            future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters), np.inf)
             self._kept[number] = self._result(parameters, future, f"trial {number}")
         return self._kept[number]
 
@@ -295,7 +295,7 @@ class Study:
     def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
         nominal = Nominal(self.evaluator.task)
         made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
-        return {name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()}
+        return {name: (each, self._executor.submit(_timed, nominal.fixed, each)) for name, each in made.items()}
 
     def _fixed_result(self, name: str, manipulation: Manipulation, future: Future[Evaluation]) -> Evaluation:
         try:
@@ -333,15 +333,9 @@ def _done(found: Evaluation) -> Future[Evaluation]:
     return future
 
 
-def _timed(evaluator: Evaluator, ask: Ask) -> Evaluation:
+def _timed(evaluate: Callable[[Given], Evaluation], given: Given, beat: float = -np.inf) -> Evaluation:
     """Evaluate, measure the time, and drop the rollout of what cannot be the best."""
     started = perf_counter()
-    found = evaluator(ask)
-    rollout = found.rollout if found.objective < ask.beat else None
+    found = evaluate(given)
+    rollout = found.rollout if found.objective < beat else None
     return replace(found, rollout=rollout, seconds=perf_counter() - started)
-
-
-def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
-    started = perf_counter()
-    found = nominal.fixed(manipulation)
-    return replace(found, rollout=None, seconds=perf_counter() - started)

@@ -16,8 +16,6 @@ from tatamu.base.records import Record
 from tatamu.evaluation.array import LEVEL
 from tatamu.folding.aim import Aim
 
-MAX_PARALLEL = 16
-"""Maximum number of pending trials. With more, each is proposed from too few results."""
 USUAL_PENDING = 2
 """Default number of pending trials, equal on all machines, because the results of a study depend on it. With more, new
 trials know fewer results: they are chosen less well, and bad ones are stopped later."""
@@ -114,7 +112,7 @@ class LearnOptions(Options):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        from tatamu.search.registry import check_search
+        from tatamu.search.search import check_search
 
         check_search(self.sampler)
         if self.trials == "auto" and self.sampler != "gp":
@@ -126,8 +124,8 @@ class LearnOptions(Options):
             raise InputError(f"trials: must be from 1 to 10000, given {self.trials}")
         if not 0 <= self.seed < 2**32:
             raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {self.seed}")
-        if self.parallel is not None and not 1 <= self.parallel <= MAX_PARALLEL:
-            raise InputError(f"parallel: must be from 1 to {MAX_PARALLEL}, given {self.parallel}")
+        if self.parallel is not None and not 1 <= self.parallel <= 16:  # with more, each is proposed from too few
+            raise InputError(f"parallel: must be from 1 to 16, given {self.parallel}")
         if not 0.0 < self.level <= 4.0:
             raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
         if self.aim is not None:
@@ -173,12 +171,8 @@ class TaskRequest(LearnOptions, FoldOptions):
             if name == "garment" or value == field.default:
                 continue
             option = name.replace("_", "-")
-            found += (
-                [f"--{option}" if value else f"--no-{option}"]
-                if isinstance(value, bool)
-                else [
-                    f"--{option}",
-                    repr(value) if isinstance(value, float) else str(value),
-                ]
-            )
+            if isinstance(value, bool):
+                found.append(f"--{option}" if value else f"--no-{option}")
+            else:
+                found += [f"--{option}", repr(value) if isinstance(value, float) else str(value)]
         return found

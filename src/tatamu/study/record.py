@@ -11,9 +11,9 @@ from tatamu.base.records import OpenRecord
 from tatamu.evaluation.success import Success
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
+from tatamu.folding.manipulation import HandShift
 from tatamu.folding.parameters import Grasps
 from tatamu.folding.score import Score
-from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task, TaskOptions, digest
 from tatamu.search import Parameters
 from tatamu.simulation.material import Material

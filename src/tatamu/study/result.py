@@ -20,7 +20,7 @@ from tatamu.folding.task import Task, TaskOptions, make_task
 from tatamu.garments import make_garment
 from tatamu.simulation.mesh.topology import facing_down
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.scene import Scene
 from tatamu.study.folder import ResultFolder
 from tatamu.study.inputs import kept_input
 from tatamu.study.record import ResultRecord, TaskDescription
@@ -37,8 +37,6 @@ FAILED = "failed: "
 """Beginning of the names of arrays of `rollout.npz` that show where the cloth ends in a fold that fails by a cause."""
 PAGES = "tatamu.report"
 """Room of the pages, which stands above this one and is imported when a page is asked for."""
-SAME = 1e-6
-"""Maximum difference of a stored target from the one that is computed again, by rounding errors [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,16 +148,12 @@ class Result:
 
     def hand(self, arm: ArmPath) -> np.ndarray:
         """Return the positions of a hand in each of the f frames [m], shape (f, 3)."""
-        return np.array(arm.grasp.position) + self._gripper(arm).path(self.rollout.times)
-
-    def _gripper(self, arm: ArmPath) -> Gripper:
-        """Return the first gripper of a hand, which moves like the hand."""
-        for gripper in self.scene.grippers:
-            if gripper.hand == arm.name:
-                return gripper
-        raise InputError(
-            f"{self.folder or 'scene'}: grippers: none belongs to the {arm.name} hand; learn the fold again"
-        )
+        gripper = next((each for each in self.scene.grippers if each.hand == arm.name), None)  # moves like the hand
+        if gripper is None:
+            raise InputError(
+                f"{self.folder or 'scene'}: grippers: none belongs to the {arm.name} hand; learn the fold again"
+            )
+        return np.array(arm.grasp.position) + gripper.path(self.rollout.times)
 
     @property
     def name(self) -> str:
@@ -181,7 +175,7 @@ class Result:
             return self.made_from
         task = _make_task(self.record, self.folder, self.start)
         target = task.fold.target
-        if target.shape != self.target.shape or not np.abs(target - self.target).max() < SAME:
+        if target.shape != self.target.shape or not np.abs(target - self.target).max() < 1e-6:  # rounding errors
             raise InputError(
                 f"{self.folder}: the target of its task has changed since the fold was learned; learn the fold again"
             )

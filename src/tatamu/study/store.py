@@ -21,11 +21,12 @@ from optuna.trial import TrialState, create_trial
 from pydantic import ValidationError
 
 from tatamu.base.errors import InputError, UnavailableError, describe
+from tatamu.base.files import write_json
 from tatamu.search import Space
 from tatamu.search.optuna_search import distributions
 from tatamu.study.database import SharedDatabase
 from tatamu.study.folder import ResultFolder
-from tatamu.study.record import SharedStudyRecord, StudyRecord
+from tatamu.study.record import StudyRecord
 from tatamu.study.trial import Baseline, Trial
 
 Value = TypeVar("Value")
@@ -33,14 +34,6 @@ Value = TypeVar("Value")
 KEY = "tatamu"
 """Attribute of the Optuna study that has the `StudyRecord`, and name of the only study in a file."""
 BASELINES_KEY = "baselines"
-TRANSIENT = {
-    "is full": "the disk is full",
-    "is locked": "another program is using the file",
-    "already exists": "another program is making the file at this moment",
-    "readonly": "cannot be written",
-    "disk I/O error": "cannot be read or written now",
-}
-"""Parts of SQLite's messages about temporary errors, which do not damage the file, and their meanings."""
 
 
 class StudyStore:
@@ -57,6 +50,11 @@ class StudyStore:
         self._name = name
         self._study: optuna.Study | None = None
         self._known = 0
+
+    @property
+    def _opened(self) -> optuna.Study:
+        assert self._study is not None, "the study is open"
+        return self._study
 
     def load(self) -> StudyRecord | None:
         """Return the settings of the study; None if the storage contains no study of tatamu."""
@@ -119,8 +117,7 @@ class StudyStore:
 
     def add(self, trial: Trial, space: Space) -> None:
         """Add a finished trial in one transaction."""
-        study = self._study
-        assert study is not None, "the study is open"
+        study = self._opened
         frozen = create_trial(
             state=TrialState.COMPLETE,
             value=trial.minimised,
@@ -134,8 +131,7 @@ class StudyStore:
     @property
     def baselines(self) -> list[Baseline] | None:
         """The fixed trajectories; None if they were not scored yet."""
-        study = self._study
-        assert study is not None, "the study is open"
+        study = self._opened
         held = self._run(lambda: study.user_attrs.get(BASELINES_KEY))
         try:
             return None if held is None else [Baseline.model_validate(baseline) for baseline in held]
@@ -144,8 +140,7 @@ class StudyStore:
 
     @baselines.setter
     def baselines(self, value: Sequence[Baseline]) -> None:
-        study = self._study
-        assert study is not None, "the study is open"
+        study = self._opened
         plain = [baseline.model_dump() for baseline in value]
         self._run(lambda: study.set_user_attr(BASELINES_KEY, plain))
 
@@ -186,7 +181,14 @@ def _file_error(label: str, error: BaseException) -> Exception:
     while cause.__cause__ is not None:
         cause = cause.__cause__
     reason = " ".join(str(cause).split("[SQL")[0].split())[:120] or type(cause).__name__
-    for word, meaning in TRANSIENT.items():
+    temporary = {  # parts of SQLite's messages about errors that do not damage the file, and their meanings
+        "is full": "the disk is full",
+        "is locked": "another program is using the file",
+        "already exists": "another program is making the file at this moment",
+        "readonly": "cannot be written",
+        "disk I/O error": "cannot be read or written now",
+    }
+    for word, meaning in temporary.items():
         if word in reason:
             return UnavailableError(
                 f"{label}: {meaning}; finished trials are kept, so run the same command again later"
@@ -231,7 +233,7 @@ def held_store(
     database.hold(name)
     try:
         if kept is None:
-            folder.write_shared_study(SharedStudyRecord(version=1, storage=database.address, name=name))
+            write_json(folder.shared_study_file, {"version": 1, "storage": database.address, "name": name})
         with shared_store(database, name) as store:
             yield store
     finally:

@@ -10,10 +10,10 @@ import numpy as np
 from tatamu.after.feedback.emulator import Emulator
 from tatamu.after.feedback.posterior import Posterior
 from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, hand_errors, mean_world
+from tatamu.evaluation.disturbances.channels import prefix_in
 from tatamu.folding.fold import Fold as TargetFold
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import HandShift, Manipulation
 from tatamu.folding.marks import MARKS
-from tatamu.folding.shift import HandShift
 from tatamu.study.result import Result
 
 CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "cloth.place", "table.height")
@@ -104,7 +104,7 @@ def shifts_against(fold: TargetFold, manipulation: Manipulation, world: World) -
     Hands are raised but never lowered: a hand that is too high costs little, and one that is too low meets the table or
     drags the cloth.
     """
-    undone = {n: v for n, v in world.values.items() if any(f"{n}.".startswith(f"{part}.") for part in CORRECTABLE)}
+    undone = {name: value for name, value in world.values.items() if prefix_in(name, CORRECTABLE)}
     return tuple(
         HandShift(grasp=_metres(-grasp), release=_metres(-hand[:2]), height=max(0.0, _metres(-hand[2:])[0]))
         for grasp, hand in hand_errors(fold, manipulation, World(undone))

@@ -19,8 +19,6 @@ from tatamu.evaluation.disturbances import Split, World
 from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.marks import MARKS
 
-RIDGE = 1.0
-"""Penalty on each coefficient: the weight of this number of scenarios without an effect."""
 TAILS = 3.0
 """Degrees of freedom of the errors."""
 ROUNDS = 30
@@ -87,7 +85,7 @@ def fit(parts: Split, scenarios: Sequence[tuple[World, Outcome]]) -> Emulator:
 def _regression(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return b, A', the scale matrix of leave-one-out residuals, and the scenarios' weights of at most 1."""
     design = np.column_stack([np.ones(len(x)), x])
-    penalty = np.diag([0.0, *[RIDGE] * x.shape[1]])
+    penalty = np.diag([0.0, *[1.0] * x.shape[1]])  # as one scenario without an effect
     weights = np.ones(len(x))
     for _ in range(ROUNDS):
         weighted = design * weights[:, None]

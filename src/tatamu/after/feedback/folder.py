@@ -21,7 +21,6 @@ from tatamu.study.folder import LEARNED, RESULT, ResultFolder
 from tatamu.study.result import Result
 
 OBSERVED = "observed"
-POSTERIOR = "posterior.toml"
 CORRECTED = "corrected-"
 CORRECTION = "correction.json"
 HEAD = (
@@ -47,7 +46,7 @@ class FeedbackFolder:
     @property
     def posterior_file(self) -> Path:
         """Path of `posterior.toml`."""
-        return self.path / POSTERIOR
+        return self.path / "posterior.toml"
 
     @property
     def page_file(self) -> Path:
@@ -98,11 +97,6 @@ class FeedbackFolder:
         if not plain:
             raise InputError(f"{self.posterior_file}: must have an uncertain disturbance, given none")
         write_text(self.posterior_file, HEAD + tomli_w.dumps(plain))
-
-
-def write_measured(file: Path, fold: MeasuredFold) -> None:
-    """Write `observed/N.json`."""
-    write_json(file, fold.model_dump())
 
 
 def write_corrected(made: Result, correction: Correction, path: Path) -> None:

@@ -12,8 +12,8 @@ from tatamu.after.feedback.observe import feedback_of
 from tatamu.after.feedback.posterior import posterior
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, mean_world
+from tatamu.folding.manipulation import HandShift
 from tatamu.folding.parameters import Grasps, transfer
-from tatamu.folding.shift import HandShift
 from tatamu.folding.task import Task
 from tatamu.search import Parameters
 from tatamu.study.result import Result
@@ -50,21 +50,18 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
             f"after: must be left out for a plan of several folds, given {task.plan.name} with "
             f"{len(task.plan.steps)} folds"
         )
-    found = _posterior([_folder(run) for run in runs])
-    shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_world(found))
-    first = [transfer(run.best.parameters, run.task.fold, task.fold, grasps) for run in runs]
-    return Known(found, added(task.shift, shifts), first)
-
-
-def _posterior(folders: Sequence[FeedbackFolder]) -> Disturbances:
-    found = [feedback_of(Result.load(folder.path), folder) for folder in folders]
-    source = found[0].learned.disturbances
-    for each in found[1:]:
+    folders = [_folder(run) for run in runs]
+    measured = [feedback_of(Result.load(folder.path), folder) for folder in folders]
+    source = measured[0].disturbances
+    for each in measured[1:]:
         if each.disturbances != source:
             raise InputError(
                 f"after: must be folds that were learned with the same disturbances, given {each.learned.folder}"
             )
-    return posterior(source, [fold for each in found for fold in each.folds]).disturbances
+    found = posterior(source, [fold for each in measured for fold in each.folds]).disturbances
+    shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_world(found))
+    first = [transfer(run.best.parameters, run.task.fold, task.fold, grasps) for run in runs]
+    return Known(found, added(task.shift, shifts), first)
 
 
 def _folder(run: Result) -> FeedbackFolder:

@@ -9,17 +9,23 @@ from functools import cached_property
 from pathlib import Path
 
 from tatamu.after.feedback.correction import Correction, as_disturbances, find_correction
-from tatamu.after.feedback.draws import Simulated, simulate_scenarios
 from tatamu.after.feedback.emulator import Emulator, fit
-from tatamu.after.feedback.folder import FeedbackFolder, write_measured
+from tatamu.after.feedback.folder import FeedbackFolder
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.after.feedback.posterior import IMPLAUSIBLE, Fold, Posterior, posterior
+from tatamu.after.margins.measurement import KEPT
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import Disturbances, split
-from tatamu.evaluation.draws import Progress
-from tatamu.folding.shift import HandShift
+from tatamu.base.files import write_json
+from tatamu.evaluation.disturbances import Disturbances, Stream, mean_world, sample_worlds, split
+from tatamu.evaluation.draws import Draws, Progress, Subject
+from tatamu.folding.manipulation import HandShift
+from tatamu.simulation.side_by_side import executor_of, processors
+from tatamu.simulation.simulators import capabilities
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
+
+SCENARIOS = 100
+"""Number of scenarios: the first draws of `tatamu margins`."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,10 @@ class Feedback:
     folds: list[Fold]
     """The measured folds in order."""
     emulator: Emulator
-    simulated: Simulated
+    subject: Subject
+    """The manipulation that was simulated in scenarios."""
+    scenarios: int
+    """How many scenarios were simulated."""
     files: list[Path] = field(default_factory=list)
     """The file of each measured fold; empty if the learned fold has no folder."""
     newest: int = -1
@@ -111,7 +120,7 @@ def observe(
         folder.write_posterior(found.posterior.disturbances)
         show(found, file)
         if measured is not None:
-            write_measured(file, measured)
+            write_json(file, measured.model_dump())
     return found
 
 
@@ -126,17 +135,17 @@ def feedback_of(
     `base` is the fold as it was learned; `folder` is None if it is only in memory.
     """
     disturbances = base.disturbances
-    simulated = simulate_scenarios(
-        base, disturbances, None if folder is None else ResultFolder(folder.path).margins_folder, executor, progress
-    )
-    found = Feedback(base, [], fit(split(disturbances), simulated.scenarios), simulated)
+    subject = Subject(replace(base.task, reach=None), base.best.parameters)
+    scenarios = [mean_world(disturbances), *sample_worlds(disturbances, SCENARIOS, 0, Stream.MARGINS)]
+    kept = None if folder is None else ResultFolder(folder.path).margins_folder / KEPT  # `tatamu margins` shares them
+    threads = processors() if capabilities(subject.task.simulator).parallel else 1
+    with executor_of(executor, threads) as workers:
+        outcomes = Draws(subject, workers, kept, progress).outcomes(scenarios)
+    emulator = fit(split(disturbances), list(zip(scenarios, outcomes, strict=True)))
+    found = Feedback(base, [], emulator, subject, len(scenarios))
     known = [] if folder is None else folder.measured()
-    folds = [found.fold(_shift_of(path, base), measured) for path, measured in known]
+    shifts = [  # with which the fold of each folder was carried out
+        base.task.shift if path == base.folder else ResultFolder(path).record.task.shift or () for path, _ in known
+    ]
+    folds = [found.fold(shift, measured) for shift, (_, measured) in zip(shifts, known, strict=True)]
     return replace(found, folds=folds, files=[] if folder is None else folder.files())
-
-
-def _shift_of(path: Path, base: Result) -> tuple[HandShift, ...]:
-    """Return the shift of each hand with which the fold of a folder was carried out."""
-    if path == base.folder:
-        return base.task.shift
-    return tuple(ResultFolder(path).record.task.shift or ())

@@ -40,9 +40,6 @@ from tatamu.show.image import jpeg_uri
 from tatamu.show.page import render
 from tatamu.simulation.mesh.topology import facing_down
 
-WIDE = 400
-"""Width of a picture in the file [pixels]. Larger pictures would take most of the time of the page."""
-
 
 @dataclass(frozen=True)
 class _Cloth:
@@ -234,10 +231,11 @@ def _views(found: Feedback) -> list[TopView]:
     corrections = [("As explained", "the cloth after the last measured fold", found.folds[found.newest].correction)]
     if not found.correction.is_none:
         corrections.append(("Next", "the cloth as expected after the correction", found.correction.change))
-    cloth = _Cloth(found.simulated.subject.task.fold)
+    cloth = _Cloth(found.subject.task.fold)
     ends = [(name, note, simulated(found, change)) for name, note, change in corrections]
     finals = [(name, note, final) for name, note, final in ends if final is not None]
-    area = extent(cloth.fold.target, *(final for *_, final in finals), wide=WIDE)
+    # larger pictures would take most of the time of the page
+    area = extent(cloth.fold.target, *(final for *_, final in finals), wide=400)
     wanted = mask(cloth, cloth.fold.target, area)
 
     def picture(end: tuple[str, str, np.ndarray]) -> TopView:

@@ -22,9 +22,6 @@ from tatamu.evaluation.disturbances import World
 from tatamu.evaluation.nominal import Nominal
 from tatamu.study.result import Result
 
-MAX_SIZE = 256 * MIB
-"""Maximum size of a photograph's file [bytes]."""
-
 
 def read_photo(
     learned: Result,
@@ -62,7 +59,7 @@ def read_photo(
     assert place is not None, "one of them is given"
     reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)
     seen = {name: pair for name, pair in reading.values.items() if not name.startswith(tuple(turned_in) or ("-",))}
-    source = f"sha256:{sha256(read_bytes(photo, MAX_SIZE)).hexdigest()}"
+    source = f"sha256:{sha256(read_bytes(photo, 256 * MIB)).hexdigest()}"
     return from_numbers(seen, source=source, failed=failed, turned_in=turned_in), reading
 
 
@@ -71,7 +68,7 @@ def simulated(found: Feedback, correction: np.ndarray) -> np.ndarray | None:
 
     `correction` is a change of the disturbances, shape (k,).
     """
-    posterior, subject = found.posterior, found.simulated.subject
+    posterior, subject = found.posterior, found.subject
     values = (posterior.mean + correction).tolist()
     world = World(dict(zip(posterior.names, values, strict=True)))
     try:
@@ -86,5 +83,5 @@ def draw_explained(found: Feedback, reading: FoldReading) -> Image.Image:
     final = simulated(found, found.folds[found.newest].correction) if found.posterior.used else None
     if final is None:
         return draw_reading(reading)
-    faces = found.simulated.subject.task.garment.faces
+    faces = found.subject.task.garment.faces
     return draw_reading(reading, np.array(silhouette(reading.pixels_of(final), faces).exterior.coords))

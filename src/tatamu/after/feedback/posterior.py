@@ -26,12 +26,8 @@ from tatamu.folding.marks import MARKS
 
 WIDER = 2.0
 """Factor of the systematic variances for which the gain is computed. The notes compare values."""
-EXTREME = 4.0
-"""Factor of the systematic deviations in a set-up that is worse than any should be."""
 IMPLAUSIBLE = 1e-3
-"""Chance below which a measured fold is left out, in such a set-up."""
-MEMBERS = 4000
-"""Number of next folds that are drawn for intervals."""
+"""Chance below which a measured fold is left out, see `Fold.chance`."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +65,13 @@ class Fold:
         return np.asarray(self.slopes * random @ self.slopes.T + own + np.diag(ruler))
 
     def chance(self, prior: Split) -> float:
-        """Return the chance of at least as large a deviation in a set-up that is `EXTREME`."""
+        """Return the chance of at least as large a deviation in a set-up that is worse than any should be.
+
+        Its systematic deviations are four times as large as stated.
+        """
         if not self.places:
             return 1.0
-        wide = EXTREME**2 * self.slopes @ prior.systematic @ self.slopes.T + 4.0 * self.noise(prior.random)
+        wide = 4.0**2 * self.slopes @ prior.systematic @ self.slopes.T + 4.0 * self.noise(prior.random)
         apart = self.apart(prior.mean)
         return float(chi2.sf(apart @ np.linalg.solve(wide, apart), len(apart)))
 
@@ -144,11 +143,11 @@ class Posterior:
         return sorted(pairs, key=lambda pair: -abs(pair.correlation))
 
     def ends(self, emulator: Emulator, correction: np.ndarray) -> np.ndarray:
-        """Return marks of possible next folds with a correction, shape (k,) [m], shape (`MEMBERS`, m)."""
+        """Return marks of 4000 possible next folds with a correction, shape (k,) [m], shape (4000, m)."""
         slopes = emulator.slopes
         spread = slopes @ (self.covariance + np.diag(self.prior.random)) @ slopes.T + emulator.residual
         mean = emulator.marks(self.mean + correction)
-        return np.random.default_rng(0).multivariate_normal(mean, spread, MEMBERS, method="eigh")
+        return np.random.default_rng(0).multivariate_normal(mean, spread, 4000, method="eigh")
 
 
 def posterior(disturbances: Disturbances, folds: Sequence[Fold]) -> Posterior:

@@ -10,9 +10,8 @@ from tatamu.after.feedback.correction import MIN_SHIFT, Correction, Expected
 from tatamu.after.feedback.observe import Feedback
 from tatamu.after.margins.texts import TITLES, amount
 from tatamu.evaluation.disturbances import CHANNELS
-from tatamu.folding.manipulation import HANDS
+from tatamu.folding.manipulation import HANDS, HandShift
 from tatamu.folding.marks import MARKS
-from tatamu.folding.shift import HandShift
 from tatamu.study.result import Result
 
 MARK_TITLES = {
@@ -24,8 +23,6 @@ MARK_TITLES = {
     "slip_across": "lower hem, across",
 }
 UNITS = {channel.name: channel.unit for channel in CHANNELS}
-LISTED = 4
-"""Maximum number of disturbances that the terminal lists."""
 BEYOND = "too far from all simulated scenarios and left out; check the grasp and the numbers, and measure again"
 NOTHING = f"nothing to correct: no expected error moves a hand by {1e3 * MIN_SHIFT:.1f} mm"
 
@@ -80,9 +77,9 @@ def posterior_lines(found: Feedback) -> Iterator[str]:
         return
     undetermined = posterior.undetermined()
     determined = [row for row in by_gain(found) if row[0] not in undetermined]
-    for name, mean, before, after in determined[:LISTED]:
+    for name, mean, before, after in determined[:4]:
         yield f"{title(name)}: {shown(name, mean)}, σ {deviation(name, after)} (before {deviation(name, before)})"
-    for pair in posterior.alike()[:LISTED]:
+    for pair in posterior.alike()[:4]:
         yield f"cannot be told apart: {title(pair.one)} and {title(pair.other)} (correlation {pair.correlation:+.2f})"
     if undetermined:
         yield f"not determined: {', '.join(title(name) for name in undetermined)}"

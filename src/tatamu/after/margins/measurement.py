@@ -1,17 +1,21 @@
-"""Margins of a learned fold: how often it succeeds with all disturbances at once, and the range of each alone."""
+"""Margins of a learned fold: how often it succeeds with all disturbances at once, and the range of each alone.
+
+The range of one disturbance is found by bisection.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tatamu.after.margins.alone import MAX_DEVIATIONS, Side
 from tatamu.base.errors import InputError
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import (
     CHANNELS,
+    NOMINAL,
+    Channel,
     Disturbances,
     Stream,
     World,
@@ -26,6 +30,45 @@ from tatamu.folding.score import Limits
 from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import capabilities
 from tatamu.study.result import Result
+
+MAX_DEVIATIONS = 3.0
+"""Largest disturbance that is tried, in deviations. Larger ones occur once in 400 folds."""
+
+Bisection = Generator[World, Outcome, float | None]
+"""Yields scenarios, receives their outcomes, and returns the last value that succeeds; None if all do."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One direction of one disturbance, from its mean."""
+
+    channel: Channel
+    deviation: float
+    sign: float
+    centre: World = NOMINAL
+
+    def scenario(self, deviations: float) -> World:
+        """Return the scenario in which only this disturbance differs from its mean."""
+        return World({**self.centre.values, self.channel.name: self._value(deviations)})
+
+    def shown(self, deviations: float) -> float:
+        """Return a disturbance as files have it."""
+        return self.channel.shown(self._value(deviations))
+
+    def _value(self, deviations: float) -> float:
+        return self.centre[self.channel.name] + self.sign * deviations * self.deviation
+
+    def bisect(self, limits: Limits) -> Bisection:
+        """Find the largest disturbance at which the fold still succeeds."""
+        if limits.hold((yield self.scenario(MAX_DEVIATIONS))):
+            return None
+        low, high = 0.0, MAX_DEVIATIONS
+        for _ in range(3):  # the last range is an eighth of `MAX_DEVIATIONS`, 0.4 deviations
+            middle = 0.5 * (low + high)
+            succeeds = limits.hold((yield self.scenario(middle)))
+            low, high = (middle, high) if succeeds else (low, middle)
+        return self.shown(low)
+
 
 DRAWS = 200
 KEPT = "simulated.jsonl"
@@ -97,19 +140,24 @@ def measure(
         InputError: If an argument is out of range.
     """
     limits = limits or Limits()
-    check_draws(draws, seed)
-    if not deviations(disturbances):
+    if not 1 <= draws <= 100_000:
+        raise InputError(f"draws: must be from 1 to 100000, given {draws}")
+    if not 0 <= seed < 2**32:
+        raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
+    if not (known := deviations(disturbances)):
         raise InputError("disturbances: must have a deviation above 0, given none")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
     subject = Subject(task, learned.best.parameters)
     threads = processors() if capabilities(task.simulator).parallel else 1
+    centre = mean_world(disturbances)
     scenarios = sample_worlds(disturbances, draws, seed, Stream.MARGINS)
     with executor_of(executor, threads) as workers:
         simulated = Draws(subject, workers, None if out is None else out / KEPT, progress)
-        nominal, *found = simulated.outcomes([mean_world(disturbances), *scenarios])
+        nominal, *found = simulated.outcomes([centre, *scenarios])
         success = Success.of(task.fold, found, limits)
         together(success)
-        sides = _sides(disturbances) if alone else []
+        channels = [channel for channel in CHANNELS if channel.name in known] if alone else []
+        sides = [Side(channel, known[channel.name], sign, centre) for channel in channels for sign in (-1.0, 1.0)]
         ends = _bisect_all(sides, simulated, limits) if limits.hold(nominal) else [0.0] * len(sides)
     distances = distances_of(task.fold, found)
     ranked = [
@@ -136,18 +184,6 @@ def measure(
     )
 
 
-def check_draws(draws: int, seed: int) -> None:
-    """Check the number of scenarios and their seed.
-
-    Raises:
-        InputError: If one of them is out of range.
-    """
-    if not 1 <= draws <= 100_000:
-        raise InputError(f"draws: must be from 1 to 100000, given {draws}")
-    if not 0 <= seed < 2**32:
-        raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
-
-
 def _bisect_all(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[float | None]:
     """Bisect all sides at the same time, so that their simulations run side by side."""
     searches = [side.bisect(limits) for side in sides]
@@ -162,13 +198,6 @@ def _bisect_all(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[flo
             except StopIteration as stop:
                 ends[index] = stop.value
     return ends
-
-
-def _sides(disturbances: Disturbances) -> list[Side]:
-    known = deviations(disturbances)
-    channels = [channel for channel in CHANNELS if channel.name in known]
-    centre = mean_world(disturbances)
-    return [Side(channel, known[channel.name], sign, centre) for channel in channels for sign in (-1.0, 1.0)]
 
 
 def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMargin]:

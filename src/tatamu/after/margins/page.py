@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.after.margins.measurement import Draw, Measured
-from tatamu.after.margins.texts import TITLES, amount, reach, simulated
+from tatamu.after.margins.texts import TITLES, amount, by_sureness, deviations, reach, simulated
 from tatamu.base.errors import SimulationError
 from tatamu.base.files import write_text
 from tatamu.evaluation.disturbances import World, disturbed_scene
@@ -28,14 +28,12 @@ from tatamu.show.chart import Chart, Plot, axis, line, rows, traces
 from tatamu.show.page import render
 from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.scene import Scene
 from tatamu.simulation.side_by_side import executor_of
 from tatamu.simulation.simulators import capabilities, simulate
 
 REPLAYED = 3
 """Number of the worst draws that the page replays."""
-NAMED = 3
-"""Number of disturbances that the page names for each draw: the largest ones."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +68,8 @@ def page(measured: Measured) -> str:
         result=result,
         tone=result.together.tone,
         rows=[
-            (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m)) for m in _sorted(result)
+            (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m))
+            for m in by_sureness(result)
         ],
         worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
         fold=measured.learned,
@@ -79,32 +78,13 @@ def page(measured: Measured) -> str:
     )
 
 
-def sureness(margin: AloneMargin) -> float:
-    """Return the smaller of the two ranges of a disturbance, below and above its mean, in standard deviations.
-
-    The result is infinite if the fold succeeds at all tried values.
-    """
-    return min(_deviations(margin, end) for end in (margin.low, margin.high))
-
-
-def _deviations(margin: AloneMargin, end: float | None) -> float:
-    if end is None:
-        return np.inf
-    value = np.log1p(end) if margin.unit == "1" else end
-    return float(abs(value - margin.mean) / margin.deviation)
-
-
-def _sorted(result: MarginsRecord) -> list[AloneMargin]:
-    return sorted(result.alone, key=sureness)
-
-
 def _tornado(result: MarginsRecord) -> Plot:
     """Return a chart with one bar for each disturbance.
 
     The bar goes from the lowest to the highest value at which the fold succeeds, in standard deviations.
     """
-    margins = _sorted(result)[::-1]
-    most = 1.0 + max((_tried(margin) for margin in margins), default=1.0)
+    margins = by_sureness(result)[::-1]
+    most = 1.0 + max((deviations(margin, margin.tried[1]) for margin in margins), default=1.0)
     names = [TITLES.get(margin.name, margin.name) for margin in margins]
     data = [_bars(margins, names, sign, most) for sign in (-1.0, 1.0)]
     bounds = [line("x", at, colour="@line") for at in (-2.0, 2.0)]
@@ -118,14 +98,9 @@ def _tornado(result: MarginsRecord) -> Plot:
     )
 
 
-def _tried(margin: AloneMargin) -> float:
-    value = np.log1p(margin.tried[1]) if margin.unit == "1" else margin.tried[1]
-    return float((value - margin.mean) / margin.deviation)
-
-
 def _bars(rows: Sequence[AloneMargin], names: list[str], sign: float, most: float) -> dict[str, Any]:
     ends = [margin.low if sign < 0 else margin.high for margin in rows]
-    lengths = [min(_deviations(margin, end), most) for margin, end in zip(rows, ends, strict=True)]
+    lengths = [min(deviations(margin, end), most) for margin, end in zip(rows, ends, strict=True)]
     place = 0 if sign < 0 else 1
     return {
         "type": "bar",
@@ -166,7 +141,7 @@ def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
     ranked = sorted(known.values(), key=lambda margin: -off[margin.name])
     chief = [
         f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.scenario), margin.unit)}"
-        for margin in ranked[:NAMED]
+        for margin in ranked[:3]  # the largest ones
     ]
     end = draw.outcome.error or f"{1e3 * draw.distance:.1f} mm, IoU {draw.outcome.mask_iou:.2f}"
     cause = draw.outcome.cause(measured.result.limits)
@@ -235,7 +210,8 @@ def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
         paths = []
         holds: list[tuple[float, float | None]] = []
         for each, start in zip(shown, starts, strict=True):
-            gripper = _leading(each.scene, hand)
+            own = [gripper for gripper in each.scene.grippers if gripper.hand == hand]
+            gripper = next(iter([*own, *each.scene.grippers]), None)  # the hand's first one, or the other hand's
             if gripper is None:
                 paths.append(each.rollout.positions[:, 0])
                 continue
@@ -244,15 +220,6 @@ def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
             holds.append((start + gripper.closes, None if gripper.opens is None else start + gripper.opens))
         tracks.append(HandTrack(colour, np.concatenate(paths), holds))
     return tracks
-
-
-def _leading(scene: Scene, hand: str) -> Gripper | None:
-    """Return the first gripper of a hand. If this hand missed the cloth, return the first gripper of the other hand.
-
-    The result is None if both hands missed the cloth.
-    """
-    own = [gripper for gripper in scene.grippers if gripper.hand == hand]
-    return next(iter([*own, *scene.grippers]), None)
 
 
 def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:

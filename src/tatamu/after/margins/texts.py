@@ -1,8 +1,12 @@
-"""Texts that describe disturbances and margins, for the terminal and the page."""
+"""Texts that describe disturbances and margins, for the page, and the table and summary on a terminal."""
 
 from __future__ import annotations
 
-from tatamu.evaluation.success import AloneMargin, MarginsRecord
+import numpy as np
+from rich.table import Table
+
+from tatamu.evaluation.outcome import HELP
+from tatamu.evaluation.success import AloneMargin, MarginsRecord, Spread
 
 TITLES = {
     "hands.offset.along": "both hands too far along the fold",
@@ -45,7 +49,7 @@ TITLES = {
     "material.air_added_mass": "more air carried along",
 }
 """Texts that say what a positive value of each disturbance means."""
-SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / 3.141592653589793, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
+SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
 """Units in which readers see values, by the units in files.
 
 Each entry has the factor that converts a value, and the name of the unit for readers.
@@ -72,3 +76,57 @@ def simulated(margins: MarginsRecord) -> str:
     """Return how many simulations were made, and on which mesh."""
     mesh = "" if margins.spacing is None else f" on a mesh of {1e3 * margins.spacing:.3g} mm"
     return f"{margins.simulations} simulations in {margins.simulator}{mesh}"
+
+
+def sureness(margin: AloneMargin) -> float:
+    """Return the smaller of the two ranges of a disturbance, below and above its mean, in standard deviations.
+
+    The result is infinite if the fold succeeds at all tried values.
+    """
+    return min(deviations(margin, end) for end in (margin.low, margin.high))
+
+
+def deviations(margin: AloneMargin, end: float | None) -> float:
+    """Return how far the end of a range is from the mean, in standard deviations; infinite for None."""
+    if end is None:
+        return np.inf
+    value = np.log1p(end) if margin.unit == "1" else end
+    return float(abs(value - margin.mean) / margin.deviation)
+
+
+def by_sureness(margins: MarginsRecord) -> list[AloneMargin]:
+    """Return the ranges of the disturbances, the smallest first."""
+    return sorted(margins.alone, key=sureness)
+
+
+def table(margins: MarginsRecord) -> Table:
+    """Return a table with the range of each disturbance alone.
+
+    The smallest range, in standard deviations, comes first.
+    """
+    out = Table(title="Range tolerated, one disturbance at a time", title_justify="left", title_style="bold")
+    out.add_column("disturbance", ratio=1)
+    for name in ("σ", "from", "to"):
+        out.add_column(name, justify="right", no_wrap=True)
+    for margin in by_sureness(margins):
+        low, high = reach(margin)
+        sigma = amount(margin.deviation, margin.unit).lstrip("+")
+        out.add_row(TITLES.get(margin.name, margin.name), sigma, low, high)
+    return out
+
+
+def summary(margins: MarginsRecord) -> str:
+    """Return lines: how often the fold succeeds, why not and what helps, and what was simulated."""
+    together = margins.together
+    lines = [f"{together.headline}: mean distance {_spread(together.mean_vertex_distance)}"]
+    if margins.moving_vertex_distance is not None:
+        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    lines += [f"{count} of {together.simulations} {cause}: {HELP[cause]}" for cause, count in together.causes.items()]
+    return "\n".join([*lines, simulated(margins)])
+
+
+def _spread(spread: Spread) -> str:
+    return (
+        f"{1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at 90 %, "
+        f"{1e3 * spread.worst:.1f} mm at worst"
+    )

@@ -61,7 +61,7 @@ def page(opinion: Opinion) -> str:
         title=title(opinion.learned),
         opinion=opinion,
         apart=None if opinion.score is None else float(opinion.apart.mean()),
-        columns=_columns(opinion),
+        columns=[Column(opinion.learned.simulator, opinion.learned.score), Column(opinion.simulator, opinion.score)],
         measures=MEASURES,
         warnings=[str(warning) for warning in opinion.rollout.info.get("warnings", [])] if opinion.rollout else [],
         **shown,
@@ -117,7 +117,3 @@ def _section(opinion: Opinion, second: Result) -> Plot:
         xaxis=axis("across the fold line [mm]"),
         yaxis=axis("height [mm]", rangemode="tozero"),
     )
-
-
-def _columns(opinion: Opinion) -> list[Column]:
-    return [Column(opinion.learned.simulator, opinion.learned.score), Column(opinion.simulator, opinion.score)]

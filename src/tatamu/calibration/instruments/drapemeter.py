@@ -20,15 +20,8 @@ from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import ROW, delaunay
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
-RISE = 0.1
-"""Height by which the plate rises [m]. This height is larger than the length of the cloth that hangs down."""
 RISING = 2.0
 """Time in which the plate rises [s]."""
-SETTLING = 2.0
-"""Time from the end of the rise to the reading [s]."""
-UNEVENNESS = 0.02
-"""Standard deviation of the random heights of the flat cloth, in spacings of the mesh."""
-KNOTS = 21
 
 
 @dataclass(frozen=True)
@@ -80,17 +73,17 @@ class Drapemeter:
         """Return a scene in which the plate rises. The table has no friction, and the air's damping is critical."""
         points, faces = self.mesh
         random = np.random.default_rng([self.seed, 1])
-        height = UNEVENNESS * self.spacing * np.abs(random.standard_normal(len(points)))
+        height = 0.02 * self.spacing * np.abs(random.standard_normal(len(points)))
         height[self.held] = 0.0
         flat = np.column_stack([points, 0.5 * material.thickness + height])
-        u = np.linspace(0.0, 1.0, KNOTS)
-        path = np.outer(minimum_jerk(u), [0.0, 0.0, RISE])
+        u = np.linspace(0.0, 1.0, 21)
+        path = np.outer(minimum_jerk(u), [0.0, 0.0, 0.1])  # higher than the cloth that hangs down is long
         return Scene(
             cloth=Cloth(vertices=flat, faces=faces, rest_vertices=self.unstrained),
             material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),
             table=Table(),
             grippers=[Gripper(vertices=self.held.tolist(), times=(RISING * u).tolist(), displacements=path)],
-            duration=RISING + SETTLING,
+            duration=RISING + 2.0,
             frame_rate=10.0,
         )
 

@@ -7,7 +7,7 @@ area inside the outline, the flat specimen, and the plate:
     DC = (A_outline - A_plate) / (A_specimen - A_plate)
 
 In a drape test, a *node* is a fold of the hem that stands out from the plate: a local maximum of r with a prominence
-above `PROMINENCE`.
+above 3 mm.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ ANGLES = 360
 TOUCHING = 1e-9
 """Tolerance at the ends of a segment, as a fraction of its length. Without this tolerance, a ray might pass between two
 neighbouring segments."""
-PROMINENCE = 0.003
-"""Least prominence of a node, a fold of the hem that stands out from the plate [m]."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ class PlanOutline:
         """Indices of the radii at the nodes, the outermost points of the hem's folds, shape (k,)."""
         start = int(self.radii.argmin())
         once = np.append(np.roll(self.radii, -start), self.radii[start])
-        return np.sort((find_peaks(once, prominence=PROMINENCE)[0] + start) % len(self.radii))
+        return np.sort((find_peaks(once, prominence=0.003)[0] + start) % len(self.radii))
 
     @property
     def nodes(self) -> int:

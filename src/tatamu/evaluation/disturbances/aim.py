@@ -1,6 +1,6 @@
 """The aim that follows from disturbances: room, so that few hands meet the table or miss the cloth.
 
-With the quantile z of the normal distribution at 1 - RISK,
+With the quantile z of the normal distribution at 1 - 0.0025, the probability of each of these,
 
     height   >= z s_up    - compliance                    no hand is lower than its fingers yield
     into     >= z s_into  - (1 - sqrt(MIN_HELD)) PAD      the pads cover enough cloth in depth,
@@ -21,13 +21,6 @@ from tatamu.evaluation.disturbances.world import deviations
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import PAD, Fingers
 
-RISK = 0.0025
-"""Probability that one hand meets the table, and that it misses the cloth."""
-MAX_ROOM = 0.05
-"""Maximum of each length of an aim [m]. Larger errors need a better camera."""
-DECIMALS = 4
-"""Decimals of an aim: tenths of a millimetre."""
-
 
 def aim_for(disturbances: Disturbances, fingers: Fingers) -> Aim:
     """Return the aim for disturbances, no deeper than the fingers reach.
@@ -42,7 +35,7 @@ def aim_for(disturbances: Disturbances, fingers: Fingers) -> Aim:
     def hands(name: str) -> float:
         return max(known.get(f"{name}.left", 0.0), known.get(f"{name}.right", 0.0))
 
-    z = float(ndtri(1.0 - RISK))
+    z = float(ndtri(1.0 - 0.0025))
     lost = 1.0 - np.sqrt(MIN_HELD)
     up = spread((1.0, "hands.offset.up"), (0.5, "hands.difference.up"), (1.0, "table.height"))
     into = np.hypot(hands("grasp.into"), spread((1.0, "cloth.place.along")))
@@ -56,4 +49,5 @@ def aim_for(disturbances: Disturbances, fingers: Fingers) -> Aim:
 
 
 def _room(value: float) -> float:
-    return round(min(max(0.0, float(value)), MAX_ROOM), DECIMALS)
+    """Return a length of an aim in tenths of a millimetre, at most 5 cm. Larger errors need a better camera."""
+    return round(min(max(0.0, float(value)), 0.05), 4)

@@ -19,8 +19,6 @@ from tatamu.evaluation.disturbances.channels import CHANNELS, FIELDS, PLACES, pr
 from tatamu.folding.fingers import Fingers
 from tatamu.simulation.material import Material, Number
 
-DEFAULT = "default"
-NONE = "none"
 OWN = Path(__file__).parent
 """Folder of `default.toml`."""
 
@@ -38,8 +36,6 @@ ThreeLengths = Annotated[list[Length], Field(min_length=3, max_length=3)]
 """Standard deviations along the fold, across it, and up [m]."""
 TwoLengths = Annotated[list[Length], Field(min_length=2, max_length=2)]
 """Standard deviations along the fold and across it [m]."""
-MAX_MEAN = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MAX_RELATIVE}
-"""Maximum absolute mean of a disturbance, by its unit."""
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
 
 
@@ -67,9 +63,6 @@ def _one_or_two(value: Any) -> Any:
 
 LengthOfHands = Annotated[float | list[float], BeforeValidator(_one_or_two)]
 """Standard deviation of a position [m]: for both hands, or for the left and for the right hand."""
-
-MIN_EIGENVALUE = -0.01
-"""Minimum eigenvalue of a correlation matrix. Entries rounded to three digits cause small negative ones."""
 
 
 class HandErrors(Record):
@@ -134,7 +127,7 @@ class Correlation(Record):
         matrix = np.array(self.matrix).reshape(count, count)
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")
-        if count and np.linalg.eigvalsh(matrix)[0] < MIN_EIGENVALUE:
+        if count and np.linalg.eigvalsh(matrix)[0] < -0.01:  # entries rounded to three digits cause small negative ones
             raise ValueError("matrix must have no negative eigenvalue, because it is a correlation matrix")
         return self
 
@@ -165,15 +158,10 @@ class Disturbances(Record):
         given = self.correlation.parameters if self.correlation else []
         if missing := [name for name in given if name in FIELDS and name not in self.material]:
             raise ValueError(f"correlation.parameters: {missing[0]} has no deviation in [material]")
-        self._check_names()
-        return self
-
-    def _check_names(self) -> None:
-        """Check that [mean] and [systematic] name disturbances, and that no mean is too large."""
         for name, value in self.mean.items():
             if name not in PLACES:
                 raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
-            most = MAX_MEAN[CHANNELS[PLACES[name]].unit]
+            most = {"m": 0.5, "rad": 1.0, "s": 2.0, "1": MAX_RELATIVE}[CHANNELS[PLACES[name]].unit]
             if abs(value) > most:
                 raise ValueError(f"mean.{name} must be from -{most:g} to {most:g}, given {value:g}")
         for name in self.systematic:
@@ -181,6 +169,7 @@ class Disturbances(Record):
                 raise ValueError(
                     f"systematic.{name} must be the name of a disturbance or its beginning, such as hands.offset"
                 )
+        return self
 
     def describe(self) -> dict[str, Any]:
         """Return plain data for `result.json` and `margins.json`, without defaults."""
@@ -189,11 +178,11 @@ class Disturbances(Record):
 
 def load_disturbances(name: str) -> Disturbances | None:
     """Return the disturbances of `default`, `none` or a TOML file. Errors name the file and the field."""
-    if name == NONE:
+    if name == "none":
         return None
-    if name != DEFAULT and not name.endswith(".toml"):
+    if name != "default" and not name.endswith(".toml"):
         raise InputError(f"disturbances: must be default, none or a .toml file, given {name!r}")
-    return default_disturbances() if name == DEFAULT else read_disturbances(Path(name))
+    return default_disturbances() if name == "default" else read_disturbances(Path(name))
 
 
 def require_disturbances(name: str) -> Disturbances:
@@ -233,18 +222,14 @@ def with_calibrated(disturbances: Disturbances, path: Path, material: Material) 
     uncertainty = value.get("uncertainty")
     if uncertainty is None:
         return disturbances
-    relative = {name: _relative(path, name, given, material) for name, given in _table(path, uncertainty)}
+    if not isinstance(uncertainty, dict):
+        raise InputError(f"{path}: uncertainty: must be a table [uncertainty], given {uncertainty!r}")
+    relative = {name: _relative(path, name, given, material) for name, given in uncertainty.items()}
     own = {name: deviation for name, deviation in disturbances.material.items() if name not in relative}
     plain = disturbances.model_dump()
     plain["material"] = {**own, **relative}
     plain["correlation"] = value.get("correlation")
     return validated(Disturbances, plain, path)
-
-
-def _table(path: Path, value: Any) -> list[tuple[str, Any]]:
-    if not isinstance(value, dict):
-        raise InputError(f"{path}: uncertainty: must be a table [uncertainty], given {value!r}")
-    return list(value.items())
 
 
 def _relative(path: Path, name: str, given: Any, material: Material) -> float:

@@ -22,17 +22,11 @@ from tatamu.folding.trial_scene import Carry, carries_of, scene_of, scene_with
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
 
-BASES = ("stretch_stiffness", "bending_rigidity")
-"""Stiffnesses along the warp, whose error factors also apply to the other directions."""
 NEAR = 0.02
 """Horizontal distance over which layers below a finger begin to carry it [m]: behind the fold line for layers that
 stay, and shortly before the release for those that the hand carries."""
-PRESSES = 0.25
-"""Depth to which a finger presses into layers, which it drags along, before its arm yields, in thicknesses."""
 MIN_HELD = 0.2
 """Minimum fraction of a pad's planned cloth, below which the hand holds nothing [-]."""
-PAD_POINTS = (12, 8)
-"""Points of a pad, along and across the cloth's edge, at which it is checked whether there is cloth."""
 SIDES = (("left", 1.0), ("right", -1.0))
 """Hands, each with the sign with which half of `hands.difference` is added to its position."""
 
@@ -99,7 +93,8 @@ def _possible(material: Material) -> Material:
 def _factor(name: str, world: World) -> float:
     """Return the random factor of a field of the material."""
     own = world.factor(f"material.{name}")
-    base = next((field for field in BASES if name.startswith(f"{field}_")), None)
+    stiffnesses = ("stretch_stiffness", "bending_rigidity")  # those along the warp also vary in the other directions
+    base = next((field for field in stiffnesses if name.startswith(f"{field}_")), None)
     return own if base is None else own * world.factor(f"material.{base}")
 
 
@@ -214,9 +209,8 @@ def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) 
 
 def _covered(fold: Fold, place: np.ndarray) -> float:
     """Return the fraction of a pad that is over cloth, if the middle of its outer edge is at `place` [m]."""
-    along, into = (np.arange(count) + 0.5 for count in PAD_POINTS)
-    along = (along / PAD_POINTS[0] - 0.5) * fold.fingers.width
-    into = into / PAD_POINTS[1] * PAD
+    along = ((np.arange(12) + 0.5) / 12 - 0.5) * fold.fingers.width  # 12 points along the cloth's edge, 8 across it
+    into = (np.arange(8) + 0.5) / 8 * PAD
     points = place + (into[:, None, None] * fold.normal + along[None, :, None] * fold.crease.along).reshape(-1, 2)
     corners = fold.start[fold.garment.faces, :2]
     far = fold.fingers.width + PAD
@@ -248,8 +242,8 @@ def _nearest(fold: Fold, vertex: int, place: np.ndarray) -> int:
 def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     """Return the lowest possible vertical displacement of a hand at each of k instants [m], shape (k,).
 
-    The table stops every hand. Layers of cloth stop described fingers, which are rigid bodies, because their arm yields
-    before they crush the cloth.
+    The table stops every hand. Layers of cloth stop described fingers, which are rigid bodies: they press into the
+    layers by a quarter of a thickness before their arm yields.
     """
     thickness = fold.garment.material.thickness
     table = np.full(len(moved), 0.5 * thickness - float(fold.start[fold.patch(vertex), 2].min()))
@@ -258,7 +252,7 @@ def _floor(fold: Fold, vertex: int, moved: np.ndarray) -> np.ndarray:
     across, _ = fold.crease.split(fold.start[vertex] + moved)
     beyond = np.clip(across / NEAR, 0.0, 1.0)
     released = np.clip(1.0 - (across[-1] - across) / NEAR, 0.0, 1.0)
-    layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - PRESSES * thickness
+    layers = fold.stacks.under[vertex] + released * fold.held_thickness(vertex) - 0.25 * thickness
     return fold.fingers.lift + table + beyond * np.maximum(layers, 0.0)
 
 
