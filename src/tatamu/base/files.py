@@ -85,6 +85,12 @@ def write_text(path: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file completely or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
+
+
 def write_json(path: Path, value: Any) -> None:
     """Write JSON completely or not at all. NaN is refused, because other languages cannot read it."""
     write_text(path, json.dumps(value, indent=1, allow_nan=False) + "\n")

@@ -14,11 +14,9 @@ from typing import Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import MAX_AT_A_TIME, SchedulerOption
+from tatamu.cli.options import MAX_AT_A_TIME, SchedulerOption
 
 
-@app.command()
 def dataset(
     specification: Annotated[
         Path, typer.Argument(metavar="SPEC.toml", help="File that describes the folds and the recording.")
@@ -62,7 +60,6 @@ def dataset(
     print(f"dataset: {found.page}")
 
 
-@app.command()
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
     episode: Annotated[int, typer.Argument(metavar="EPISODE", help="Number of the episode, from 0.")],

@@ -12,9 +12,8 @@ from typing import Annotated, Any
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import Interrupted, app
-from tatamu.cli.cluster import SchedulerOption, StorageOption
-from tatamu.cli.options import options_from
+from tatamu.cli.options import SchedulerOption, StorageOption, options_from
+from tatamu.cli.program import Interrupted
 from tatamu.study.options import TaskRequest
 
 
@@ -41,7 +40,6 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
     return {**dict(asked), "trials": TRIALS, "disturbances": None}
 
 
-@app.command()
 @options_from(TaskRequest, argument="garment", defaults=_after)
 def learn(
     options: TaskRequest,

@@ -10,14 +10,12 @@ import typer
 
 from tatamu.base.errors import InputError
 from tatamu.base.size import parse_size
-from tatamu.cli.app import app
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
     import numpy as np
 
 
-@app.command()
 def locate(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo of the whole cloth, with the board beside it.")],
     board: BoardOption = None,

@@ -10,8 +10,7 @@ import typer
 from rich.console import Console
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import SchedulerOption
+from tatamu.cli.options import SchedulerOption
 
 if TYPE_CHECKING:
     from tatamu.evaluation.disturbances import Disturbances
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from tatamu.study.folder import ResultFolder
 
 
-@app.command()
 def margins(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold, or of a plan.")],
     disturbances: Annotated[

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tatamu.cli.app import app
 from tatamu.show.quantity import factor
 
 if TYPE_CHECKING:
     from tatamu.simulation.presets import Preset
 
 
-@app.command()
 def materials(
     name: Annotated[
         str | None,

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import SchedulerOption
+from tatamu.cli.options import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
@@ -26,7 +25,6 @@ RunArgument = Annotated[
 ]
 
 
-@app.command()
 def observe(
     folder: RunArgument,
     left: Annotated[
@@ -193,7 +191,6 @@ def _from_photo(
     return measured, reading
 
 
-@app.command()
 def correct(
     folder: RunArgument,
     out: Annotated[

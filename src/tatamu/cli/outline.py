@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 
 if TYPE_CHECKING:
     import numpy as np
 
 
-@app.command()
 def outline(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo from above: hem down, table on all sides.")],
     out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="File of the outline.")],

@@ -9,14 +9,12 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 
 if TYPE_CHECKING:
     from tatamu.robots import Robot
     from tatamu.robots.motion import Pace
 
 
-@app.command()
 def plan(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
     out: Annotated[Path, typer.Option(metavar="PLAN", help="Folder of the plan.")],

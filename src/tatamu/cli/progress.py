@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
 
-from tatamu.cli.app import Interrupted
+from tatamu.cli.program import Interrupted
 from tatamu.show.progress import Report, progress
 
 if TYPE_CHECKING:

@@ -9,10 +9,7 @@ from typing import Annotated
 
 import typer
 
-from tatamu.cli.app import app
 
-
-@app.command()
 def rehearse(
     plan: Annotated[Path, typer.Argument(metavar="PLAN", help="The folder of a plan.")],
     simulator: Annotated[

@@ -14,9 +14,8 @@ from rich.console import Console
 from rich.live import Live
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import MAX_AT_A_TIME, SchedulerOption, StorageOption
-from tatamu.cli.cluster import at_a_time as most_at_a_time
+from tatamu.cli.options import MAX_AT_A_TIME, SchedulerOption, StorageOption
+from tatamu.cli.options import at_a_time as most_at_a_time
 from tatamu.study.options import TaskRequest
 
 if TYPE_CHECKING:
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from tatamu.sweep import SweepTask, TaskRecord
 
 
-@app.command()
 def sweep(
     file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="File of the tasks, a grid or a list.")],
     out: Annotated[
