@@ -20,7 +20,6 @@ from tatamu.study.options import TaskRequest
 
 if TYPE_CHECKING:
     from tatamu.study.database import SharedDatabase
-    from tatamu.study.loop import Progress
     from tatamu.sweep import SweepTask, TaskRecord
 
 
@@ -60,10 +59,14 @@ def sweep(
     _check(file, tasks)
     from tatamu.cluster import executor_at
     from tatamu.study.database import shared_database
+    from tatamu.study.learn import usual_pending
 
     warnings.simplefilter("ignore")  # the reports contain the warnings of single folds
     with shared_database(storage) as database, executor_at(scheduler) as executor:
-        return _run(tasks, out, at_a_time or most_at_a_time(executor, _pending(tasks)), executor, database)
+        # the smallest number of trials that a task runs at the same time, which may differ between tasks
+        options = [TaskRequest(**task.options) for task in tasks]
+        pending = min(each.parallel or usual_pending(each.simulator) for each in options)
+        return _run(tasks, out, at_a_time or most_at_a_time(executor, pending), executor, database)
 
 
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
@@ -72,7 +75,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     from tatamu.simulation.simulators import require
     from tatamu.study.learn import check_pending
 
-    made: set[str] = set()
+    made = set()
     for task in tasks:
         options = TaskRequest(**task.options)
         same = options.model_copy(update={"seed": 0, "trials": 1, "sampler": "gp", "parallel": None})
@@ -84,17 +87,6 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
             check_pending(options, options.simulator)
         except InputError as error:
             raise InputError(f"{file}: task {task.name}: {error}") from None
-
-
-def _pending(tasks: Sequence[SweepTask]) -> int:
-    """Return the smallest number of trials that a task of the sweep runs at the same time.
-
-    This number may differ between tasks.
-    """
-    from tatamu.study.learn import usual_pending
-
-    options = [TaskRequest(**task.options) for task in tasks]
-    return min(each.parallel or usual_pending(each.simulator) for each in options)
 
 
 def _run(
@@ -120,7 +112,9 @@ def _run(
             out=path,
             executor=executor,
             database=database,
-            progress=lambda now: progress(_words(now)),
+            progress=lambda now: progress(
+                f"{f'step {now.step} of {now.steps}, ' if now.steps > 1 else ''}trial {now.done}/{now.trials}"
+            ),
         )
 
     with _display(console, tasks) as show:
@@ -129,12 +123,6 @@ def _run(
     console.print(counts(records), soft_wrap=True)
     print(f"page: {page}")
     return 1 if any(record.state == "failed" for record in records) else 0
-
-
-def _words(now: Progress) -> str:
-    """Return the progress of a study as text, such as "trial 3/50"."""
-    step = f"step {now.step} of {now.steps}, " if now.steps > 1 else ""
-    return f"{step}trial {now.done}/{now.trials}"
 
 
 @contextmanager

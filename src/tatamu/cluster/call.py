@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import pickle
 from collections.abc import Callable
 from contextlib import suppress
 from time import perf_counter, time
@@ -11,14 +10,6 @@ from typing import Any
 
 from tatamu.base.errors import UnavailableError
 from tatamu.cluster.versions import Versions, difference, processor, versions
-
-RESTART_SECONDS = 20.0
-"""Time limit for the restart of a worker by its nanny [s]."""
-
-
-def unpacked(content: bytes) -> Any:
-    """Unpickle a shared argument on a worker, which keeps it."""
-    return pickle.loads(content)
 
 
 def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, **kwargs: Any) -> tuple[float, Any]:
@@ -28,9 +19,9 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
         UnavailableError: If a version differs. This happens if the worker joined after the check at the start.
     """
     if of_client != versions():
-        differing = difference(of_client)
+        differing = (difference(of_client) or "").replace(" there", " at the client").replace(" here", " at the worker")
         raise UnavailableError(
-            f"a worker must have the versions of this client, given {_turned(differing)}; install the same versions"
+            f"a worker must have the versions of this client, given {differing}; install the same versions"
         )
     begun = perf_counter()
     result = function(*args, **kwargs)
@@ -68,14 +59,10 @@ async def _replace(worker: Any, scheduler: Any) -> None:
     from distributed.core import rpc
 
     if worker.nanny:
+        limit = 20.0  # [s]
         with suppress(OSError, asyncio.TimeoutError):
             async with rpc(worker.nanny, connection_args=scheduler.connection_args) as nanny:
-                restarted = nanny.restart(timeout=RESTART_SECONDS, reason="tatamu: overdue")
-                await asyncio.wait_for(restarted, RESTART_SECONDS)
+                restarted = nanny.restart(timeout=limit, reason="tatamu: overdue")
+                await asyncio.wait_for(restarted, limit)
     if scheduler.workers.get(worker.address) is worker:
         await scheduler.remove_worker(worker.address, stimulus_id=f"tatamu-overdue-{worker.address}")
-
-
-def _turned(differing: str | None) -> str:
-    """Return a text of `difference` at a worker in the words of the client."""
-    return (differing or "").replace(" there", " at the client").replace(" here", " at the worker")

@@ -14,9 +14,6 @@ from pathlib import Path
 
 from tatamu.base.version import __version__
 
-COMPUTING = ("numpy", "numba", "scipy")
-"""Packages whose versions may change results."""
-
 Versions = Mapping[str, str]
 
 
@@ -24,7 +21,12 @@ Versions = Mapping[str, str]
 def versions() -> Versions:
     """Return the versions of Python, of tatamu and of packages in this process, as a dictionary by name."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
-    return found | {name: _version(name) for name in COMPUTING}
+    for name in ("numpy", "numba", "scipy"):  # packages whose versions may change results
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "missing"
+    return found
 
 
 def difference(there: Versions) -> str | None:
@@ -62,10 +64,3 @@ def processor() -> str:
         return f"{get_host_cpu_name()} {sha256(features.encode()).hexdigest()[:6]}"
     except (ImportError, RuntimeError):
         return platform.processor() or platform.machine()
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "missing"

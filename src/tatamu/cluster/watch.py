@@ -15,8 +15,6 @@ from tatamu.cluster.call import replace_overdue
 
 EVERY = 5.0
 """Time between two checks [s]."""
-NO_WORKERS = 2
-"""Number of checks without any worker after which a warning is logged."""
 
 logger = logging.getLogger("tatamu.cluster")
 
@@ -74,7 +72,7 @@ class Watch:
                 logger.debug("the scheduler did not answer: %s", error)
                 continue
             idle = idle + 1 if calls and not threads else 0
-            if idle == NO_WORKERS:
+            if idle == 2:
                 logger.warning("tatamu: waiting for workers, because the scheduler has none")
 
     def _count(self, client: distributed.Client) -> int:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import needed
 from tatamu.base.files import foreign, unwritable
-from tatamu.lerobot.extras import needed
 
 CODEC = "libsvtav1"
 OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
@@ -26,7 +26,7 @@ def check_codec() -> None:
     Raises:
         InputError: If PyAV is not installed, or has no encoder for AV1.
     """
-    av = needed("av")
+    av = needed("av", "dataset")
     os.environ.setdefault("SVT_LOG", "0")  # otherwise the encoder writes its version to standard error
     try:
         av.codec.Codec(CODEC, "w")
@@ -51,7 +51,7 @@ class VideoWriter:
             InputError: If the file cannot be written, or there is no encoder.
         """
         check_codec()
-        av = needed("av")
+        av = needed("av", "dataset")
         av.logging.set_level(av.logging.PANIC)
         self.frames = 0
         self.size = 0
@@ -113,7 +113,7 @@ def _unchanged_priority() -> Iterator[None]:
 
 def read_video(path: Path) -> Iterator[np.ndarray]:
     """Yield the pictures of a video: RGB, uint8, shape (h, w, 3)."""
-    av = needed("av")
+    av = needed("av", "dataset")
     with foreign(path, "a video"), av.open(str(path)) as container:
         for frame in container.decode(video=0):
             yield frame.to_ndarray(format="rgb24")

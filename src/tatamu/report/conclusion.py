@@ -9,16 +9,6 @@ from tatamu.folding.score import Limits, Measured
 from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study.record import PlanRecord, ResultRecord
 
-LATE = 0.6
-"""Fraction of the trials of a search, from the first trial on.
-
-If the best trial comes after this fraction, the search was probably still improving.
-"""
-EDGE = 0.01
-"""Largest distance between a parameter and a bound of its search range, as a fraction of the range.
-
-Up to this distance, the parameter counts as being on the bound.
-"""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",
@@ -115,7 +105,7 @@ def on_bounds(result: ResultRecord) -> list[str]:
         whole = name.startswith("g")
         value = float(int(chosen[name])) if whole else float(chosen[name])
         last = (result.task.candidates or 0) - 1 if whole else high
-        near = EDGE * (high - low)
+        near = 0.01 * (high - low)  # up to this distance, the parameter counts as being on the bound
         if value > last - near or (not whole and value < low + near):
             shown = (
                 f"{value:.0f}, the last of 0 to {last:g}"
@@ -162,7 +152,7 @@ def _about_search(result: ResultRecord) -> list[str]:
         if each.score is not None and each.score.succeeds
     ][:1]
     more = f"more trials: repeat the command with --trials {2 * len(trials)}"
-    if best.number >= LATE * len(trials):
+    if best.number >= 0.6 * len(trials):  # the search was probably still improving
         lines.append(
             f"{more}; the best trial came late, as {best.number} of {len(trials)}, so more trials are likely to help"
         )

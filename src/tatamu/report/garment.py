@@ -20,12 +20,6 @@ from tatamu.simulation.mesh.topology import Topology, areas
 
 SEAM = "accent"
 OPENING = "warm"
-TALL = 760
-"""Height of the drawing [pixels]."""
-MARGIN = 0.22
-"""Margin around the garment, as a fraction of its longer side."""
-ALONG = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
-"""Positions along a fold line at which its arrow may be drawn, as fractions of the line, from the best to the worst."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +42,11 @@ def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     plan = garment.vertices[:, :2]
     low = plan.min(axis=0)
     high = plan.max(axis=0)
-    margin = MARGIN * float((high - low).max())
-    low = low - margin
-    high = high + margin
+    margin = 0.22 * float((high - low).max())
+    low, high = low - margin, high + margin
     words = f"{garment.name} from above, {len(garment.vertices)} vertices in {garment.layers} layers"
-    drawing = Drawing(low, high, TALL / float(high[0] - low[0]), FROM_ABOVE, words=words)
+    tall = 760  # [pixels]
+    drawing = Drawing(low, high, tall / float(high[0] - low[0]), FROM_ABOVE, words=words)
     drawing.add(*_cloth(garment), *_edges(garment))
     shown = [replace(fold, line=_within(fold.line, plan.min(axis=0), plan.max(axis=0))) for fold in folds]
     for fold in shown:
@@ -131,7 +125,8 @@ def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -
     """
     start, end = fold.line
     arms = np.outer([-arm, arm], fold.towards)
-    arrows = [start + part * (end - start) + arms for part in ALONG]
+    parts = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)  # from the best to the worst
+    arrows = [start + part * (end - start) + arms for part in parts]
     free = (arrow for arrow in arrows if others.is_empty or others.distance(shapely.LineString(arrow)) >= clear)
     return next(free, arrows[0])
 
@@ -185,14 +180,8 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
 
 def _named_edges(garment: Garment) -> list[tuple[str, str, str, str]]:
     """Return the name of each edge, whether it is open or sewn, its length and its number of vertices."""
-    plan = garment.vertices[:, :2]
-    lengths = {name: np.linalg.norm(np.diff(plan[path], axis=0), axis=1).sum() for name, path in garment.edges.items()}
-    return [
-        (
-            name,
-            "open" if name in garment.openings else "sewn",
-            number(length, "mm", ".0f"),
-            str(len(garment.edges[name])),
-        )
-        for name, length in lengths.items()
-    ]
+    rows = []
+    for name, path in garment.edges.items():
+        length = np.linalg.norm(np.diff(garment.vertices[path, :2], axis=0), axis=1).sum()
+        rows.append((name, "open" if name in garment.openings else "sewn", number(length, "mm", ".0f"), str(len(path))))
+    return rows

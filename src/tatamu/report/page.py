@@ -28,11 +28,16 @@ def write_report(fold: Result, file: Path | None = None) -> Path:
     Raises:
         InputError: If the file cannot be written, or the fold has no folder and no file is given.
     """
-    if file is None and fold.folder is None:
-        raise InputError("file: must be given, because the result has no folder")
-    out = file or ResultFolder(Path(fold.folder or "")).report_file
+    out = file_of(fold.folder, file)
     write_text(out, page(fold))
     return out
+
+
+def file_of(folder: Path | None, file: Path | None) -> Path:
+    """Return the file of a page: the given one, or else `report.html` in the folder of the result."""
+    if file is None and folder is None:
+        raise InputError("file: must be given, because the result has no folder")
+    return file or ResultFolder(Path(folder or "")).report_file
 
 
 def page(fold: Result) -> str:

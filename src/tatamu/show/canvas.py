@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from tatamu.show.image import encoded
 from tatamu.show.palette import day
 from tatamu.show.projection import Projection
 from tatamu.show.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
@@ -24,9 +24,7 @@ def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> b
     canvas = ImageDraw.Draw(image)
     for shape in shapes:
         _paint(canvas, projection, shape, ground)
-    buffer = io.BytesIO()
-    image.reduce(FINER).save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
+    return encoded(image.reduce(FINER))
 
 
 def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> None:

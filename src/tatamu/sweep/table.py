@@ -26,10 +26,6 @@ MEASURES = (
     "crossings",
     "seconds",
 )
-WHOLE = ("trials", "failed_trials", "crossings")
-"""Columns of the table whose numbers are whole numbers."""
-SHOWN = 24
-"""Largest number of rows in the table on the terminal."""
 
 
 def check_parquet() -> None:
@@ -58,7 +54,8 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
     for name in option_names(records):
         columns[f"option.{name}"] = pyarrow.array(_plain([record.options.get(name) for record in records]))
     for name in MEASURES:
-        kind = pyarrow.int64() if name in WHOLE else pyarrow.float64()
+        whole = name in ("trials", "failed_trials", "crossings")
+        kind = pyarrow.int64() if whole else pyarrow.float64()
         columns[name] = pyarrow.array([getattr(record, name) for record in records], kind)
     with replacing(path) as temporary:
         pyarrow.parquet.write_table(pyarrow.table(columns), temporary)
@@ -119,7 +116,7 @@ class LiveTable:
             out.add_column(name, overflow="fold")
         recent = [self._records[name] for name in self._latest]
         ordered = sorted(recent, key=lambda record: record.state != "running")
-        for record in ordered[:SHOWN]:
+        for record in ordered[:24]:
             out.add_row(record.name, record.state, said(record) or self._progress.get(record.name, ""))
         return out
 

@@ -16,7 +16,7 @@ from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.records import OpenRecord
 from tatamu.folding.manipulation import Manipulation
 from tatamu.policies.dataset.specification import RobotDraw
-from tatamu.policies.envs.demonstration import Led
+from tatamu.policies.envs.motion import Led
 from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
@@ -28,9 +28,6 @@ from tatamu.robots.paths import tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement, Refused
 from tatamu.robots.pose import out_of, pose
 from tatamu.robots.reach import best_placements, search, table_heights
-
-ROUNDS = 4
-"""Largest number of times that a motion is slowed down because a joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
@@ -116,7 +113,7 @@ class Arms:
         Raises:
             OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
         """
-        for _ in range(ROUNDS):
+        for _ in range(4):
             led = lead(largest)
             q = self._reach(np.concatenate([start[None], led.places]))
             speed, _ = self.robot.planned()
@@ -133,21 +130,26 @@ class Arms:
         Args:
             numbers: States or actions, shape (n, k).
         """
-        left, right = (len(arm.joints) for arm in self.robot.arms)
+        left, right = self._grippers
         angles = numbers.astype(float)
         trunk = angles[:, -1] if self.robot.trunk else 0.0
-        q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : left + 1 + right]], trunk)
+        q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : right]], trunk)
         X_BF = self.placement.matrix
         offsets = np.array([offset for _, offset in self._tools])[:, None]
         points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
-        return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
+        return points.transpose(1, 0, 2), numbers[:, [left, right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
         """Return a copy of a state with open grippers, shape (k,)."""
-        left, right = (len(arm.joints) for arm in self.robot.arms)
         found = state.copy()
-        found[[left, left + 1 + right]] = 1.0
+        found[self._grippers] = 1.0
         return found
+
+    @property
+    def _grippers(self) -> list[int]:
+        """Indices of the grippers in a state: each comes after the joints of its arm."""
+        left, right = (len(arm.joints) for arm in self.robot.arms)
+        return [left, left + 1 + right]
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:

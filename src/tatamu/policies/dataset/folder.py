@@ -21,7 +21,7 @@ from tatamu.base.files import read_json, read_npz, unwritable, validated, write_
 from tatamu.base.locks import lock_folder
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
-from tatamu.lerobot.layout import PARTS
+from tatamu.lerobot.files import PARTS
 from tatamu.policies.dataset.arms import Stand
 from tatamu.policies.dataset.episode import Episode
 from tatamu.policies.dataset.record import EpisodeRecord
@@ -102,12 +102,9 @@ class DatasetFolder:
         if not self.path.is_dir():
             raise InputError(f"{self.path}: must be the folder of a dataset, but is not a folder")
         if not self.file.exists():
-            unfinished = self.started_file.exists()
-            why = (
-                "the dataset is unfinished; run the same `tatamu dataset` again"
-                if unfinished
-                else "has no dataset.json"
-            )
+            why = "has no dataset.json"
+            if self.started_file.exists():
+                why = "the dataset is unfinished; run the same `tatamu dataset` again"
             raise InputError(f"{self.path}: must be the folder of a dataset, but {why}")
         return _read_record(self.file)
 
@@ -127,22 +124,19 @@ class DatasetFolder:
         """
         known = [name for name in os.listdir(self.path) if name not in (LOCK, ".episodes", ".building")]
         if self.started_file.exists():
-            before = _read_record(self.started_file)
-            self._refuse_other(before, record)
+            self.refuse_other(record, _read_record(self.started_file))
         elif known:
             raise InputError(f"{self.path}: exists but is not a dataset; give another --out")
         else:
             write_json(self.started_file, record.model_dump(mode="json"))
 
-    def refuse_other(self, record: DatasetRecord) -> None:
-        """Raise an error if the finished dataset has another specification than this record.
+    def refuse_other(self, record: DatasetRecord, before: DatasetRecord | None = None) -> None:
+        """Raise an error if the dataset of `before`, or else the finished one, is not that of this record.
 
         Raises:
-            InputError: If the specifications differ.
+            InputError: If the specifications or the versions of an unfinished dataset differ.
         """
-        self._refuse_other(self.read(), record)
-
-    def _refuse_other(self, before: DatasetRecord, record: DatasetRecord) -> None:
+        before = before or self.read()
         if before.specification != record.specification:
             raise InputError(f"{self.path}: contains a dataset of another specification; give another --out")
         if before.tatamu != record.tatamu and not self.is_finished:

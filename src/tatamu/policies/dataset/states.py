@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import needed
 from tatamu.base.files import foreign, unwritable
-from tatamu.lerobot.extras import needed
 from tatamu.policies.dataset.episode import Episode
 
 SHARD = 16 << 20
@@ -64,7 +64,7 @@ class StateWriter:
         self._lengths: list[int] = []
         self._successes: list[bool] = []
         self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in extents}
-        zarr = needed("zarr")
+        zarr = needed("zarr", "dataset")
         try:
             self._group = zarr.create_group(store=str(root), attributes=dict(about))
             self._arrays = {name: _create(self._group, name, count, extent) for name, extent in extents.items()}
@@ -101,7 +101,7 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
     Raises:
         InputError: If there is no such array or episode, or the group is broken.
     """
-    zarr = needed("zarr")
+    zarr = needed("zarr", "dataset")
     with foreign(root, "a Zarr 3 group"):
         # the codecs of Zarr 2 can run code, and consolidated metadata can describe arrays of Zarr 2
         group = zarr.open_group(store=str(root), mode="r", zarr_format=3, use_consolidated=False)
