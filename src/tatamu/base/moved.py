@@ -12,7 +12,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 MOVED = {
-    **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "locks", "records", "size", "version"), "base"),
+    **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "records", "size", "version"), "base"),
     **dict.fromkeys(("body", "clearance", "heavy_strip", "material", "presets", "rollout", "scene"), "simulation"),
     **dict.fromkeys(("settling", "simulators"), "simulation"),
     **dict.fromkeys(("crossings", "meshing", "subdivision", "topology", "zbuffer"), "simulation.mesh"),
@@ -30,6 +30,7 @@ RENAMED = {
     "calibration.quantity": "calibration.readings",
     "calibration.target": "calibration.test",
     "crosscheck": "after.second_opinion",
+    "locks": "base.files",
     "margins": "after.margins",
     "observation": "after.feedback",
     "photographs": "cameras",

@@ -158,14 +158,10 @@ class LeRobotWriter:
         try:
             if kind is None:
                 self.finish()
-        finally:
-            self.abandon()
-
-    def abandon(self) -> None:
-        """Remove an unfinished dataset. A finished dataset remains."""
-        with suppress(InputError):
-            self._close()
-        shutil.rmtree(self._building, ignore_errors=True)
+        finally:  # remove an unfinished dataset; a finished one has another place
+            with suppress(InputError):
+                self._close()
+            shutil.rmtree(self._building, ignore_errors=True)
 
     def _usual(self, frames: int, task: int) -> dict[str, np.ndarray]:
         numbers = np.arange(frames)

@@ -124,12 +124,7 @@ MEASURES = (
     ),
     Measure("slip", "Slip", "mm", 1, "how far the part that should lie still moved"),
     Measure(
-        "residual_bend",
-        "Residual bend",
-        "mm",
-        1,
-        "largest e<sub>i</sub> beyond μ + 1.28 σ",
-        source="the paper, Fig. 2",
+        "residual_bend", "Residual bend", "mm", 1, "largest e<sub>i</sub> beyond μ + 1.28 σ", source="the paper, Fig. 2"
     ),
     Measure(
         "trajectory_length",

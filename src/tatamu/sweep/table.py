@@ -15,17 +15,8 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import replacing
 from tatamu.sweep.records import TaskRecord
 
-MEASURES = (
-    "trials",
-    "failed_trials",
-    "objective",
-    "trajectory_length",
-    "mean_vertex_distance",
-    "mask_iou",
-    "area_error",
-    "crossings",
-    "seconds",
-)
+MEASURES = [name for name in TaskRecord.model_fields if name not in ("name", "options", "state", "error")]
+"""Fields of a task's record that are numbers."""
 
 
 def check_parquet() -> None:

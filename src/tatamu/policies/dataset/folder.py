@@ -17,8 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, read_npz, unwritable, validated, write_json, write_npz
-from tatamu.base.locks import lock_folder
+from tatamu.base.files import lock_folder, read_json, read_npz, unwritable, validated, write_json, write_npz
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
 from tatamu.lerobot.files import PARTS

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 
 from tatamu.base.records import OpenRecord
-from tatamu.evaluation.disturbances import World
 from tatamu.evaluation.success import interval_of
 from tatamu.folding.score import Score
 from tatamu.folding.task import Task, make_task
@@ -113,14 +112,8 @@ class EpisodeRecord(Subject):
 
     def with_share(self, held: int, draws: int, source: str) -> EpisodeRecord:
         """Return the record with the success rate of its fold."""
-        low, high = interval_of(held, draws)
-        share = {"held_share": held / draws, "held_interval": (low, high)}
+        share = {"held_share": held / draws, "held_interval": interval_of(held, draws)}
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
-
-    @property
-    def drawn_world(self) -> World:
-        """The scenario of the episode."""
-        return World(self.world)
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:
