@@ -80,13 +80,10 @@ def replay(
     before = found.recorded.score
     was = "failed" if before is None else f"{1e3 * before.mean_vertex_distance:.2f} mm"
     print(f"mean distance from the target: {1e3 * found.score.mean_vertex_distance:.2f} mm, recorded {was}")
-    print(f"success: {_yes(found.success)}, recorded {_yes(found.recorded.success)}")
+    yes = {True: "yes", False: "no"}
+    print(f"success: {yes[found.success]}, recorded {yes[found.recorded.success]}")
     mean, largest = 1e3 * found.distances.mean(), 1e3 * found.distances.max()
     print(f"vertices differ by {mean:.3g} mm on average, {largest:.3g} mm at most")
-
-
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
 
 
 @contextmanager
@@ -95,9 +92,8 @@ def _processes(count: int) -> Iterator[Executor]:
 
     The processes end when this process ends.
     """
-    pool: Executor = ThreadPoolExecutor(1)
-    if count > 1:
-        pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _end_with_parent)
+    spawn = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(count, spawn, _end_with_parent) if count > 1 else ThreadPoolExecutor(1)
     try:
         yield pool
     finally:

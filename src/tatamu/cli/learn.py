@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,6 +15,11 @@ from tatamu.base.errors import InputError
 from tatamu.cli.options import SchedulerOption, StorageOption, options_from
 from tatamu.cli.program import Interrupted
 from tatamu.study.options import TaskRequest
+
+if TYPE_CHECKING:
+    from tatamu.report.conclusion import Conclusion
+    from tatamu.study.plan import PlanResult
+    from tatamu.study.result import Result
 
 
 def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
@@ -35,8 +40,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
 
     if names_garment:
         return {"trials": TRIALS}
-    run = Result.load(runs[-1])
-    asked = request(run.record)
+    asked = request(Result.load(runs[-1]).record)
     return {**dict(asked), "trials": TRIALS, "disturbances": None}
 
 
@@ -104,7 +108,6 @@ def _learn(
 
         require(options.simulator)
         from tatamu.api import learn, task_of
-        from tatamu.cli.verdict import conclusion_of, kept, success_lines, verdict_lines
         from tatamu.cluster import executor_at
         from tatamu.folding.advice import UncarriedWarning, advice
         from tatamu.folding.baselines import BASELINES
@@ -148,8 +151,52 @@ def _learn(
         assert isinstance(result, Result), "measured folds are single folds"
         for line in next_lines(result):
             print(line)
-    for line in success_lines(result):
-        print(line)
-    for line in verdict_lines(conclusion_of(result)):
+    for line in (*success_lines(result), *verdict_lines(conclusion_of(result))):
         print(line)
     print(f"report: {out / 'report.html'}")
+
+
+def conclusion_of(result: Result | PlanResult) -> Conclusion:
+    """Return the conclusion (success or failure, and why) for a learned fold, or for a plan of several folds."""
+    from tatamu.report.conclusion import of_fold, of_plan
+    from tatamu.study.result import Result
+
+    if isinstance(result, Result):
+        return of_fold(result.record)
+    return of_plan(result.record, [step.record for step in result.steps])
+
+
+def verdict_lines(verdict: Conclusion) -> Iterator[str]:
+    """Yield the lines of text with which the console shows a conclusion."""
+    for name, step in verdict.steps:
+        yield f"{name}: {step.text}"
+    yield f"{'in all: ' if verdict.steps else ''}{verdict.text}"
+    for note in verdict.notes:
+        yield f"note: {note}"
+    for number, line in enumerate(verdict.advice, start=1):
+        yield f"to do {number}: {line}"
+
+
+def success_lines(result: Result | PlanResult) -> Iterator[str]:
+    """Yield a line of text for each fold with its success rate in disturbed simulations, if this rate is known."""
+    from tatamu.evaluation.outcome import HELP
+    from tatamu.study.result import Result
+
+    for step in [result] if isinstance(result, Result) else result.steps:
+        if step.success is not None:
+            name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "
+            yield f"{name}{step.success.headline}; `tatamu margins {result.folder}` simulates more"
+            for cause, count in step.success.causes.items():
+                yield f"{name}{count} of {step.success.simulations} {cause}: {HELP[cause]}"
+
+
+def kept(path: Path) -> str:
+    """Return a line that tells what an interrupted command left in a folder, and how to resume the command."""
+    from tatamu.study.folder import ResultFolder
+
+    folder = ResultFolder(path)
+    resume = "run the same command again to resume"
+    if not folder.has_study:
+        return f"interrupted before anything was finished; {resume}"
+    report = f"; what is finished is in {folder.report_file}" if folder.report_file.exists() else ""
+    return f"interrupted; every finished trial is kept in {path}{report}; {resume}"

@@ -30,8 +30,7 @@ def locate(
         str | None, typer.Option(metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison.")
     ] = None,
     board_pose: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad]."),
+        str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad].")
     ] = None,
     touch: Annotated[
         str | None,
@@ -70,8 +69,7 @@ def locate(
     from tatamu.cameras.mounting import parse_pose, parse_touched
 
     scale = scale_of(board, sheet)
-    pictures = {"picture": picture, "from-above": from_above}
-    for option, path in pictures.items():
+    for option, path in {"picture": picture, "from-above": from_above}.items():
         if path is not None:
             look.check_picture(path, option)
     if out is not None and out.suffix.lower() != ".json":

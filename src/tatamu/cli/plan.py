@@ -34,8 +34,7 @@ def plan(
         str, typer.Option(metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad].")
     ] = "auto",
     speed_scale: Annotated[
-        float,
-        typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits."),
+        float, typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits.")
     ] = 1.0,
     hover: Annotated[
         float,

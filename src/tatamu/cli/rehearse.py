@@ -13,8 +13,7 @@ import typer
 def rehearse(
     plan: Annotated[Path, typer.Argument(metavar="PLAN", help="The folder of a plan.")],
     simulator: Annotated[
-        str,
-        typer.Option(help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth."),
+        str, typer.Option(help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth.")
     ] = "mujoco",
     halvings: Annotated[
         int | None,

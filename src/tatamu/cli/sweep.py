@@ -90,11 +90,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
 
 
 def _run(
-    tasks: Sequence[SweepTask],
-    out: Path,
-    at_a_time: int,
-    executor: Executor | None,
-    database: SharedDatabase | None,
+    tasks: Sequence[SweepTask], out: Path, at_a_time: int, executor: Executor | None, database: SharedDatabase | None
 ) -> int:
     from tatamu.api import learn, task_of
     from tatamu.sweep import SweepFolder, run_sweep

@@ -41,10 +41,7 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
         "x": middles.round(4).tolist(),
         "y": counts.tolist(),
         "width": round(width * 1e3, 6),
-        "marker": {
-            "color": ["@plot" if middle <= beyond else "@warm" for middle in middles],
-            "line": {"width": 0},
-        },
+        "marker": {"color": ["@plot" if middle <= beyond else "@warm" for middle in middles], "line": {"width": 0}},
         "hovertemplate": f"%{{y}} vertices<br>%{{x:.3~g}} ± {width * 500:.2g} mm<extra></extra>",
     }
     top = float(counts.max()) * 1.12

@@ -60,21 +60,14 @@ def _in_plane(path: np.ndarray) -> np.ndarray:
 
 def _line(path: np.ndarray, name: str, **style: Any) -> dict[str, Any]:
     label = html.escape(name)
-    return {
-        "x": (1e3 * path[:, 0]).round(2).tolist(),
-        "y": (1e3 * path[:, 1]).round(2).tolist(),
-        "name": label,
-        "mode": "lines",
-        "line": style,
-        "hovertemplate": "along %{x:.0f} mm, up %{y:.0f} mm<extra>" + label + "</extra>",
-    }
+    hover = "along %{x:.0f} mm, up %{y:.0f} mm<extra>" + label + "</extra>"
+    return {**_points(path), "name": label, "mode": "lines", "line": style, "hovertemplate": hover}
 
 
 def _handles(control: np.ndarray, colour: str) -> dict[str, Any]:
     """Return the line through the four control points P0 to P3 of a path, as a trace of the chart."""
     return {
-        "x": (1e3 * control[:, 0]).round(2).tolist(),
-        "y": (1e3 * control[:, 1]).round(2).tolist(),
+        **_points(control),
         "mode": "lines+markers",
         "line": {"color": colour, "width": 1},
         "marker": {"color": colour, "size": 7, "symbol": "circle-open"},
@@ -83,3 +76,8 @@ def _handles(control: np.ndarray, colour: str) -> dict[str, Any]:
         "text": [f"P{number}" for number in range(len(control))],
         "hovertemplate": "%{text}: along %{x:.0f} mm, up %{y:.0f} mm<extra>control point</extra>",
     }
+
+
+def _points(path: np.ndarray) -> dict[str, Any]:
+    x, y = (1e3 * path.T).round(2).tolist()
+    return {"x": x, "y": y}

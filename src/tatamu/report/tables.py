@@ -69,20 +69,11 @@ def control_points(fold: Result) -> list[tuple[str, str, list[str]]]:
 
 def timing(fold: Result) -> Facts:
     """Return the times of the fold at which the hands close, start to move, arrive and open."""
-    known = {
-        "closes": "hands close",
-        "starts": "hands start",
-        "arrives": "hands arrive",
-        "opens": "hands open",
-        "ends": "rollout ends",
-        "top_speed": "top speed",
-    }
+    known = {f"{verb}s": f"hands {verb}" for verb in ("close", "start", "arrive", "open")}
+    known |= {"ends": "rollout ends", "top_speed": "top speed"}
     given = fold.description.timing_values
-    return [
-        (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
-        for name, word in known.items()
-        if name in given
-    ]
+    units = {"top_speed": "m/s"}
+    return [(word, f"{given[name]:.3g} {units.get(name, 's')}") for name, word in known.items() if name in given]
 
 
 def material(fold: Result) -> Facts:

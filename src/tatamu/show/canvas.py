@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from tatamu.base.curves import arc_lengths
 from tatamu.show.image import encoded
 from tatamu.show.palette import day
 from tatamu.show.projection import Projection
@@ -58,7 +59,7 @@ def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
     """Cut a polyline into dashes and gaps of a given length; with 0, it stays whole."""
     if not length:
         return [path]
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    arc = arc_lengths(path)
     starts = np.arange(0.0, arc[-1], 2 * length)
     return [_part(path, arc, start, min(start + length, arc[-1])) for start in starts]
 

@@ -29,17 +29,13 @@ def solid(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 def moving(bodies: Sequence[Body], times: np.ndarray) -> MovingMesh | None:
     """Return all rigid bodies of a scene as one mesh, with a frame for each time [s]; None if there are none."""
-    parts = []
-    faces = []
-    count = 0
+    meshes = []
     for body in bodies:
-        points, own = solid(body)
+        points, faces = solid(body)
         positions, orientations = body.path(times)
         turned = np.stack([points @ rotation(orientation).T for orientation in orientations])
-        parts.append(turned + positions[:, None])
-        faces.append(own + count)
-        count += len(points)
-    return (np.concatenate(parts, axis=1), np.concatenate(faces)) if parts else None
+        meshes.append((turned + positions[:, None], faces))
+    return together(*meshes)
 
 
 def together(*meshes: MovingMesh | None) -> MovingMesh | None:
@@ -85,9 +81,6 @@ def _bands(count: int, sides: int) -> np.ndarray:
     first = np.arange(sides)
     after = (first + 1) % sides
     band = np.vstack(
-        [
-            np.column_stack([first, after, first + sides]),
-            np.column_stack([after, after + sides, first + sides]),
-        ]
+        [np.column_stack([first, after, first + sides]), np.column_stack([after, after + sides, first + sides])]
     )
     return np.vstack([band + ring * sides for ring in range(count - 1)])

@@ -109,11 +109,7 @@ def check_names(specification: DatasetSpecification) -> None:
 
 
 def _subject(
-    specification: DatasetSpecification,
-    garment: str,
-    plan: str,
-    material: str | None,
-    size: tuple[float, float] | None,
+    specification: DatasetSpecification, garment: str, plan: str, material: str | None, size: tuple[float, float] | None
 ) -> Subject:
     drawn = specification.drawn_garment
     return Subject(

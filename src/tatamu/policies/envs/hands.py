@@ -283,7 +283,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return View(
             positions=self._simulation.positions.copy(),
             velocities=self._simulation.velocities.copy(),
-            hands=np.array([jaw.place for jaw in self._jaws]),
+            hands=self.hands,
             seen=np.array([jaw.actual for jaw in self._jaws]),
             closed=np.array([float(bool(jaw.held)) for jaw in self._jaws]),
         )
