@@ -106,20 +106,14 @@ def observe(
         write_text(template, FORM)
         print(f"form: {template}")
         return
-    _refuse(
-        typed and form is not None,
-        "--from: must be given without numbers as options, because the form contains the numbers",
-    )
     seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
-    _refuse(
-        photo is None and seen,
-        "--photo: must be given, because --board, --sheet, --before, --frame, --lens and --corner belong to it",
-    )
     numbers = any(each is not None for each in (*given.values(), deviation, form))
-    _refuse(
-        photo is not None and numbers,
-        "--photo: must be given without numbers as options, because the photo replaces a ruler",
-    )
+    twice = "--from: must be given without numbers as options, because the form contains the numbers"
+    _refuse(typed and form is not None, twice)
+    belong = "because --board, --sheet, --before, --frame, --lens and --corner belong to it"
+    _refuse(photo is None and seen, f"--photo: must be given, {belong}")
+    ruler_too = "--photo: must be given without numbers as options, because the photo replaces a ruler"
+    _refuse(photo is not None and numbers, ruler_too)
     learned = Result.load(folder)
     size = size_of(learned.task.fold)
     measured: MeasuredFold | None = None

@@ -40,15 +40,14 @@ class FoldMark:
 def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     """Draw a garment with the marks of folds."""
     plan = garment.vertices[:, :2]
-    low = plan.min(axis=0)
-    high = plan.max(axis=0)
+    low, high = plan.min(axis=0), plan.max(axis=0)
     margin = 0.22 * float((high - low).max())
     low, high = low - margin, high + margin
     words = f"{garment.name} from above, {len(garment.vertices)} vertices in {garment.layers} layers"
     tall = 760  # [pixels]
     drawing = Drawing(low, high, tall / float(high[0] - low[0]), FROM_ABOVE, words=words)
     drawing.add(*_cloth(garment), *_edges(garment))
-    shown = [replace(fold, line=_within(fold.line, plan.min(axis=0), plan.max(axis=0))) for fold in folds]
+    shown = [replace(fold, line=_within(fold.line, plan)) for fold in folds]
     for fold in shown:
         _draw_fold(drawing, fold, margin, [other for other in shown if other is not fold])
     drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # draws names last, over all lines
@@ -97,9 +96,9 @@ def _edges(garment: Garment) -> list[Shape]:
     return shapes
 
 
-def _within(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the part of a fold line over the garment, whose bounds are given; a plan's line may reach far beyond."""
-    part = shapely.clip_by_rect(shapely.LineString(line), *low, *high)
+def _within(line: np.ndarray, plan: np.ndarray) -> np.ndarray:
+    """Return the part of a fold line over the garment; a plan's line may reach far beyond."""
+    part = shapely.clip_by_rect(shapely.LineString(line), *plan.min(axis=0), *plan.max(axis=0))
     return line if part.is_empty else shapely.get_coordinates(part)[[0, -1]]
 
 
@@ -107,10 +106,8 @@ def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence
     """Draw the fold line, an arrow over it, and the grasp candidates."""
     start, end = fold.line
     along = (end - start) / np.linalg.norm(end - start)
-    arm = 0.35 * margin
-    head = 0.12 * margin
-    arrow = _arrow(fold, arm, shapely.MultiLineString([other.line for other in others]), 2.0 * head)
-    reach = 0.7 * margin
+    head, reach = 0.12 * margin, 0.7 * margin
+    arrow = _arrow(fold, 0.35 * margin, shapely.MultiLineString([other.line for other in others]), 2.0 * head)
     drawing.line([start - reach * along, end + reach * along], "target", 2.0, dash=8.0)
     drawing.arrow(arrow, "target", 2.0, head=head)
     drawing.label(end + reach * along, fold.name, "target", -fold.towards)
@@ -133,8 +130,7 @@ def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -
 
 def _draw_scale(drawing: Drawing) -> None:
     """Draw a scale bar of ten centimetres in one corner, and the axes in another corner."""
-    low = drawing.low
-    high = drawing.high
+    low, high = drawing.low, drawing.high
     gap = 0.06 * float(high[0] - low[0])
     drawing.ruler([low[0] + gap, high[1] - gap - 0.1])
     corner = np.array([low[0] + gap, low[1] + 1.6 * gap])

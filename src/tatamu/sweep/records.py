@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -58,26 +57,14 @@ class SweepRecord(OpenRecord):
     tasks: list[TaskRecord] = Field(default_factory=list)
 
 
-@dataclass(frozen=True)
 class SweepFolder:
-    """The folder of a sweep."""
+    """The folder of a sweep, in `path`, with its record, its table and its page."""
 
-    path: Path
-
-    @property
-    def file(self) -> Path:
-        """Path of `sweep.json`."""
-        return self.path / "sweep.json"
-
-    @property
-    def table_file(self) -> Path:
-        """Path of `sweep.parquet`."""
-        return self.path / "sweep.parquet"
-
-    @property
-    def page_file(self) -> Path:
-        """Path of `sweep.html`."""
-        return self.path / "sweep.html"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.file = path / "sweep.json"
+        self.table_file = path / "sweep.parquet"
+        self.page_file = path / "sweep.html"
 
     def of_task(self, name: str) -> Path:
         """Return the result folder of a task."""

@@ -10,7 +10,6 @@ import json
 import os
 import shutil
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -47,41 +46,27 @@ class DatasetRecord(OpenRecord):
     successes: int = 0
 
 
-@dataclass(frozen=True)
 class DatasetFolder:
-    """A folder that contains a dataset, or will."""
+    """A folder that contains a dataset, or will.
 
-    path: Path
+    Attributes:
+        path: The folder.
+        file: The record of the dataset.
+        table: A row for each episode.
+        states: The states in the format Zarr.
+        page: The page of the dataset.
+        building: Where finished files are written first.
+        started_file: The record of a dataset that is being recorded.
+    """
 
-    @property
-    def file(self) -> Path:
-        """The record of the dataset."""
-        return self.path / "dataset.json"
-
-    @property
-    def table(self) -> Path:
-        """A row for each episode."""
-        return self.path / "episodes.parquet"
-
-    @property
-    def states(self) -> Path:
-        """The states in the format Zarr."""
-        return self.path / "states.zarr"
-
-    @property
-    def page(self) -> Path:
-        """The page of the dataset."""
-        return self.path / "dataset.html"
-
-    @property
-    def building(self) -> Path:
-        """Where finished files are written first."""
-        return self.path / ".building"
-
-    @property
-    def started_file(self) -> Path:
-        """The record of a dataset that is being recorded."""
-        return self.path / ".episodes" / "started.json"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.file = path / "dataset.json"
+        self.table = path / "episodes.parquet"
+        self.states = path / "states.zarr"
+        self.page = path / "dataset.html"
+        self.building = path / ".building"
+        self.started_file = path / ".episodes" / "started.json"
 
     def episode_file(self, number: int) -> Path:
         """Return the file of a recorded episode."""
