@@ -82,6 +82,15 @@ def unwritable(path: Path, error: OSError) -> InputError:
     return kind(f"{path}: cannot be written ({error.strerror or error})")
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Guard a `with` statement that writes a file or a folder: an error of the system names the path."""
+    try:
+        yield
+    except OSError as error:
+        raise unwritable(path, error) from None
+
+
 def write_text(path: Path, text: str) -> None:
     """Write a text file completely or not at all."""
     with replacing(path) as temporary:

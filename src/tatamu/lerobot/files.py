@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.extras import needed
-from tatamu.base.files import unwritable
+from tatamu.base.files import unwritable, writing
 from tatamu.lerobot.video import VideoWriter
 
 VERSION = "v3.0"
@@ -70,11 +70,8 @@ class NumberFiles:
         if self._file is None:
             return
         opened, self._file = self._file, None
-        try:
-            with opened:
-                self._writer.close()
-        except OSError as error:
-            raise unwritable(self._path, error) from None
+        with writing(self._path), opened:
+            self._writer.close()
 
     @property
     def _path(self) -> Path:

@@ -13,7 +13,7 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.extras import needed
-from tatamu.base.files import foreign, unwritable
+from tatamu.base.files import foreign, writing
 
 CODEC = "libsvtav1"
 OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
@@ -56,11 +56,9 @@ class VideoWriter:
         self.frames = 0
         self.size = 0
         self._path = path
-        try:
+        with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("w+b")
-        except OSError as error:
-            raise unwritable(path, error) from None
         self._container = av.open(self._file, "w", format="mp4")
         self._stream: Any = self._container.add_stream(CODEC, rate=fps, options=OPTIONS)
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
@@ -71,7 +69,7 @@ class VideoWriter:
 
     def add(self, pictures: np.ndarray) -> None:
         """Append pictures: RGB, uint8, shape (f, h, w, 3)."""
-        try:
+        with writing(self._path):
             for picture in pictures:
                 frame = self._av.VideoFrame.from_ndarray(picture, format="rgb24")
                 frame.pts = self.frames
@@ -79,16 +77,11 @@ class VideoWriter:
                 self._container.mux(packets)
                 self.size += sum(packet.size for packet in packets)
                 self.frames += 1
-        except OSError as error:
-            raise unwritable(self._path, error) from None
 
     def close(self) -> None:
         """Write the remaining pictures, and close the file."""
-        try:
-            with self._file, self._container:
-                self._container.mux(self._stream.encode())
-        except OSError as error:
-            raise unwritable(self._path, error) from None
+        with writing(self._path), self._file, self._container:
+            self._container.mux(self._stream.encode())
 
 
 @contextmanager

@@ -15,7 +15,7 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.extras import needed
-from tatamu.base.files import MIB, sibling, unwritable, write_json
+from tatamu.base.files import MIB, sibling, write_json, writing
 from tatamu.lerobot import files
 from tatamu.lerobot.feature import Feature, Statistics, joined, statistics
 from tatamu.lerobot.files import NumberFiles, VideoFiles, table_of
@@ -23,10 +23,7 @@ from tatamu.lerobot.video import check_codec
 
 USUAL: Mapping[str, Feature] = {
     "timestamp": Feature("float32", (1,)),
-    "frame_index": Feature("int64", (1,)),
-    "episode_index": Feature("int64", (1,)),
-    "index": Feature("int64", (1,)),
-    "task_index": Feature("int64", (1,)),
+    **{name: Feature("int64", (1,)) for name in ("frame_index", "episode_index", "index", "task_index")},
 }
 """Features that every dataset has. The writer sets their values."""
 
@@ -140,13 +137,11 @@ class LeRobotWriter:
             {name: {kind: value.tolist() for kind, value in found.items()} for name, found in whole.items()},
         )
         write_json(self._building / files.INFO, self._info())
-        try:
+        with writing(self.root):
             self.root.parent.mkdir(parents=True, exist_ok=True)
             if self.root.exists():
                 self.root.rmdir()
             os.rename(self._building, self.root)
-        except OSError as error:
-            raise unwritable(self.root, error) from None
         return self.root
 
     def __enter__(self) -> Self:
@@ -223,9 +218,7 @@ class LeRobotWriter:
 
     def _write_table(self, file: Path, table: Any) -> None:
         path = self._building / file
-        try:
+        with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("wb") as opened:
                 self._parquet.write_table(table, opened)
-        except OSError as error:
-            raise unwritable(path, error) from None

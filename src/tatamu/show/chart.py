@@ -38,8 +38,22 @@ class Chart:
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """Return a plot of Plotly traces with the standard layout; values that are not finite become gaps."""
-    return {"data": [_with_gaps(trace) for trace in data], "layout": layout(**more)}
+    """Return a plot of Plotly traces with the standard layout: transparent, without a title.
+
+    Values that are not finite become gaps.
+    """
+    layout = {
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"family": FONT, "size": 12.5, "color": "@muted"},
+        "margin": {"l": 52, "r": 14, "t": 16, "b": 44},
+        "hoverlabel": {"font": {"family": FONT}},
+        "showlegend": False,
+        "legend": LEGEND,
+        "dragmode": False,
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@muted", "activecolor": "@ink"},
+    }
+    return {"data": [_with_gaps(trace) for trace in data], "layout": {**layout, **more}}
 
 
 def _with_gaps(trace: dict[str, Any]) -> dict[str, Any]:
@@ -92,22 +106,6 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
         values = np.outer(powers, digits).ravel().tolist()
         ticks = {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
     return axis(title, type="log", range=np.log10([low, high]).tolist(), **ticks)
-
-
-def layout(**more: Any) -> dict[str, Any]:
-    """Return the standard layout of a figure: transparent, without a title, and in the font of the page."""
-    return {
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "plot_bgcolor": "rgba(0,0,0,0)",
-        "font": {"family": FONT, "size": 12.5, "color": "@muted"},
-        "margin": {"l": 52, "r": 14, "t": 16, "b": 44},
-        "hoverlabel": {"font": {"family": FONT}},
-        "showlegend": False,
-        "legend": LEGEND,
-        "dragmode": False,
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@muted", "activecolor": "@ink"},
-        **more,
-    }
 
 
 def dots(

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import lock_folder, read_json, read_npz, unwritable, validated, write_json, write_npz
+from tatamu.base.files import lock_folder, read_json, read_npz, validated, write_json, write_npz, writing
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
 from tatamu.lerobot.files import PARTS
@@ -143,7 +143,7 @@ class DatasetFolder:
     def finish(self, record: DatasetRecord) -> None:
         """Move the finished files to their places, and remove the temporary ones."""
         write_json(self.building / self.file.name, record.model_dump(mode="json"))
-        try:
+        with writing(self.path):
             for name in FINISHED:
                 built = self.building / name
                 if built.exists():
@@ -151,8 +151,6 @@ class DatasetFolder:
                     os.rename(built, self.path / name)
             shutil.rmtree(self.building)
             shutil.rmtree(self.started_file.parent)
-        except OSError as error:
-            raise unwritable(self.path, error) from None
 
 
 def _remove(path: Path) -> None:

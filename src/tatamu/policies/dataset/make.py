@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tatamu.base.errors import UnavailableError
 from tatamu.base.extras import needed
-from tatamu.base.files import unwritable, write_text
+from tatamu.base.files import write_text, writing
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import load_disturbances
 from tatamu.lerobot.video import check_codec
@@ -130,11 +130,9 @@ def _write(recorder: Recorder, folder: DatasetFolder) -> None:
     """Write the finished files of the dataset from the stored episodes."""
     specification = recorder.specification
     building = folder.building
-    try:
+    with writing(building):
         shutil.rmtree(building, ignore_errors=True)
         building.mkdir(parents=True)
-    except OSError as error:
-        raise unwritable(building, error) from None
     plain: list[EpisodeRecord] = []
     extents: dict[str, Extent] = {}
     counts: set[int] = set()  # of key points

@@ -15,7 +15,7 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.extras import needed
-from tatamu.base.files import foreign, unwritable
+from tatamu.base.files import foreign, writing
 from tatamu.policies.dataset.episode import Episode
 
 SHARD = 16 << 20
@@ -65,34 +65,28 @@ class StateWriter:
         self._successes: list[bool] = []
         self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in extents}
         zarr = needed("zarr", "dataset")
-        try:
+        with writing(root):
             self._group = zarr.create_group(store=str(root), attributes=dict(about))
             self._arrays = {name: _create(self._group, name, count, extent) for name, extent in extents.items()}
-        except OSError as error:
-            raise unwritable(root, error) from None
 
     def add(self, episode: Episode) -> None:
         """Append an episode."""
         self._lengths.append(episode.record.frames)
         self._successes.append(episode.record.success)
         done = len(self._lengths)
-        try:
+        with writing(self._root):
             for name, array in self._arrays.items():
                 waiting = self._waiting[name]
                 waiting.append(_padded(episode.arrays[name], self._extents[name]))
                 if len(waiting) == array.shards[0] or done == self._count:
                     array[done - len(waiting) : done] = np.stack(waiting)
                     waiting.clear()
-        except OSError as error:
-            raise unwritable(self._root, error) from None
 
     def finish(self) -> None:
         """Write the length and the success of each episode."""
-        try:
+        with writing(self._root):
             self._group.create_array("length", data=np.array(self._lengths))
             self._group.create_array("success", data=np.array(self._successes))
-        except OSError as error:
-            raise unwritable(self._root, error) from None
 
 
 def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:

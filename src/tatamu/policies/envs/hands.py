@@ -162,7 +162,9 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         self._observer = Observer(self.task.garment, start, observation, count, pixels)
         self.observation_space = self._observer.space
         self.action_space = spaces.Box(-1.0, 1.0, (4 * count,), np.float32)
+        self.largest = self.options.speed / rate  # motion of a hand in a step, along each axis [m]
         self._grasps = tuple(int(side[0]) for side in (self.task.fold.left, self.task.fold.right)[:count])
+        self.start = start[list(self._grasps)]  # positions of the hands at the start of an episode [m]
         margin = np.array([self.options.beside, self.options.beside, 0.0])
         self._low = start.min(axis=0) - margin
         self._high = np.array([*(start.max(axis=0) + margin)[:2], self.options.highest])
@@ -218,16 +220,6 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def hands(self) -> np.ndarray:
         """Assumed positions of the hands, without their errors [m], shape (hands, 3)."""
         return np.array([jaw.place for jaw in self._jaws])
-
-    @property
-    def start(self) -> np.ndarray:
-        """Positions of the hands at the start of an episode [m], shape (hands, 3)."""
-        return self.task.fold.start[list(self._grasps)]
-
-    @property
-    def largest(self) -> float:
-        """Largest motion of a hand in a step, along each axis [m]."""
-        return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Move the hands in one step, however fast.
