@@ -85,75 +85,62 @@ def learn(
     step gets the number of trials that `--trials` gives. To resume an interrupted study, run the same command again.
     To extend a study, run the command with more `--trials`.
     """
-    with ExitStack() as connections:
-        _learn(options, out, after or [], scheduler, storage, connections)
-
-
-def _learn(
-    options: TaskRequest,
-    out: Path,
-    after: list[Path],
-    scheduler: str | None,
-    storage: str | None,
-    connections: ExitStack,
-) -> None:
-    """Learn a fold, and print the result.
-
-    Connections to a database are added to `connections`. They are closed when the caller closes `connections`.
-    """
     from tatamu.cli.progress import LearningDisplay, starting
 
-    with starting(f"laying out {options.garment}"):
-        from tatamu.simulation.simulators import require
+    with ExitStack() as stack:
+        with starting(f"laying out {options.garment}"):
+            from tatamu.simulation.simulators import require
 
-        require(options.simulator)
-        from tatamu.api import learn, task_of
-        from tatamu.cluster import executor_at
-        from tatamu.folding.advice import UncarriedWarning, advice
-        from tatamu.folding.baselines import BASELINES
-        from tatamu.study.database import shared_database  # the import takes seconds
-        from tatamu.study.loop import max_trials
-        from tatamu.study.result import Result
+            require(options.simulator)
+            from tatamu.api import learn as run
+            from tatamu.api import task_of
+            from tatamu.cluster import executor_at
+            from tatamu.folding.advice import UncarriedWarning, advice
+            from tatamu.folding.baselines import BASELINES
+            from tatamu.study.database import shared_database  # the import takes seconds
+            from tatamu.study.loop import max_trials
+            from tatamu.study.result import Result
 
-        database = connections.enter_context(shared_database(storage))
-        task = task_of(options)
-        remarks = advice(task.garment, task.plan, task.hands)
-    asked = task.asked
-    if options.size is None and asked is not None and asked.size is not None:
-        print(f"size: {asked.size[0]:g} x {asked.size[1]:g} m, as measured in {options.material}; --size gives another")
-    if task.garment.own:
-        print(task.garment.statement)
-        for note in task.garment.notes:
-            print(f"note: {note}")
-    for line in remarks:
-        print(f"warning: {line}", file=sys.stderr)
-    warnings.simplefilter("ignore", UncarriedWarning)  # printed already
-    fixed = len(BASELINES) if options.baselines else 0
-    try:
-        with (
-            executor_at(scheduler) as executor,
-            LearningDisplay(task, max_trials(options.trials), fixed, prepares=executor is None) as display,
-        ):
-            result = learn(
-                task,
-                options.learning,
-                out=out,
-                after=after,
-                executor=executor,
-                database=database,
-                progress=display.show,
-            )
-    except KeyboardInterrupt:
-        raise Interrupted(kept(out)) from None
-    if after:
-        from tatamu.after.feedback.texts import next_lines
+            database = stack.enter_context(shared_database(storage))
+            task = task_of(options)
+            remarks = advice(task.garment, task.plan, task.hands)
+        asked = task.asked
+        if options.size is None and asked is not None and asked.size is not None:
+            width, length = asked.size
+            print(f"size: {width:g} x {length:g} m, as measured in {options.material}; --size gives another")
+        if task.garment.own:
+            print(task.garment.statement)
+            for note in task.garment.notes:
+                print(f"note: {note}")
+        for line in remarks:
+            print(f"warning: {line}", file=sys.stderr)
+        warnings.simplefilter("ignore", UncarriedWarning)  # printed already
+        fixed = len(BASELINES) if options.baselines else 0
+        try:
+            with (
+                executor_at(scheduler) as executor,
+                LearningDisplay(task, max_trials(options.trials), fixed, prepares=executor is None) as display,
+            ):
+                result = run(
+                    task,
+                    options.learning,
+                    out=out,
+                    after=after or [],
+                    executor=executor,
+                    database=database,
+                    progress=display.show,
+                )
+        except KeyboardInterrupt:
+            raise Interrupted(kept(out)) from None
+        if after:
+            from tatamu.after.feedback.texts import next_lines
 
-        assert isinstance(result, Result), "measured folds are single folds"
-        for line in next_lines(result):
+            assert isinstance(result, Result), "measured folds are single folds"
+            for line in next_lines(result):
+                print(line)
+        for line in (*success_lines(result), *verdict_lines(conclusion_of(result))):
             print(line)
-    for line in (*success_lines(result), *verdict_lines(conclusion_of(result))):
-        print(line)
-    print(f"report: {out / 'report.html'}")
+        print(f"report: {out / 'report.html'}")
 
 
 def conclusion_of(result: Result | PlanResult) -> Conclusion:

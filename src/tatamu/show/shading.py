@@ -67,15 +67,12 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
     normals = np.where((np.einsum("pk,pk->p", normals, eye) > 0)[:, None], normals, -normals)
     colour = np.where(facing[:, None], mesh.front[triangle], mesh.back)
     if mesh.flat is not None:
-        colour = colour * (1.0 - 0.13 * _threads(visible.sample(mesh.flat, mesh.faces)))[:, None]
+        squares = visible.sample(mesh.flat, mesh.faces) / 0.05
+        off = np.abs(squares - np.rint(squares)).min(axis=1) * 0.05
+        threads = np.clip(1.5 - off / 0.0008, 0.0, 1.0)  # 1 on a line, 0 between
+        colour = colour * (1.0 - 0.13 * threads)[:, None]
     sky = 0.44 + 0.16 * normals[:, 2]
     return colour * (sky + 0.55 * sunlit * np.maximum(normals @ SUN, 0.0))[:, None]
-
-
-def _threads(flat: np.ndarray) -> np.ndarray:
-    """Return the pattern of lines every 5 cm at points on the flat cloth [m], shape (p, 2): 1 on a line, 0 between."""
-    off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
-    return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
 
 
 def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:

@@ -37,11 +37,9 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    columns: dict[str, Any] = {
-        "name": pyarrow.array([record.name for record in records], pyarrow.string()),
-        "state": pyarrow.array([record.state for record in records], pyarrow.string()),
-        "error": pyarrow.array([record.error for record in records], pyarrow.string()),
-    }
+    columns: dict[str, Any] = {}
+    for name in ("name", "state", "error"):
+        columns[name] = pyarrow.array([getattr(record, name) for record in records], pyarrow.string())
     for name in option_names(records):
         columns[f"option.{name}"] = pyarrow.array(_plain([record.options.get(name) for record in records]))
     for name in MEASURES:

@@ -22,7 +22,7 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.kinematics import follow
-from tatamu.robots.model import Robot, state_names
+from tatamu.robots.model import Robot
 from tatamu.robots.pairs import DISTANCES
 from tatamu.robots.paths import tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement, Refused
@@ -93,11 +93,6 @@ class Arms:
         robot = load(stand.robot)
         grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))
         return cls(robot, Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds), grips)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the numbers that make up a state or an action of the robot."""
-        return state_names(self.robot)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
         """Return the robot's states before the first step and after each step, float32, shape (steps + 1, k).

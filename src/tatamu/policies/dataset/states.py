@@ -36,17 +36,14 @@ class Extent:
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
 
-    def joined(self, array: np.ndarray) -> Extent:
-        """Return the extent that the array of another episode fits, too."""
-        return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
-
 
 def extend(extents: dict[str, Extent], episode: Episode) -> None:
     """Enlarge the extents of all arrays for another episode."""
     for name in (*PER_FRAME, "faces"):
         if name in episode.arrays:
             array = episode.arrays[name]
-            extents[name] = extents.get(name, Extent(array.shape, array.dtype)).joined(array)
+            known = extents.get(name, Extent(array.shape, array.dtype))
+            extents[name] = Extent(tuple(map(max, known.shape, array.shape)), known.dtype)
 
 
 class StateWriter:
