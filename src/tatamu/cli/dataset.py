@@ -5,9 +5,8 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
-from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -52,9 +51,13 @@ def dataset(
     if scheduler is None and not DatasetFolder(out).is_finished:
         prepare("native")
     count = min(workers or processors(), wanted.episodes)
-    with executor_at(scheduler) as remote, _processes(count if remote is None else 1) as local:
+    with ExitStack() as stack:
+        executor = stack.enter_context(executor_at(scheduler))
+        if executor is None:
+            executor = _processes(count)
+            stack.callback(executor.shutdown, wait=False, cancel_futures=True)
         with resumable(f"finished episodes are kept in {out}"), progress(out.name, unit="episodes") as report:
-            found = make_dataset(wanted, out, executor=remote or local, progress=report)
+            found = make_dataset(wanted, out, executor=executor, progress=report)
     about = found.read()
     print(f"{about.successes} of {about.episodes} episodes succeed, {about.frames} frames")
     print(f"dataset: {found.page}")
@@ -86,18 +89,13 @@ def replay(
     print(f"vertices differ by {mean:.3g} mm on average, {largest:.3g} mm at most")
 
 
-@contextmanager
-def _processes(count: int) -> Iterator[Executor]:
-    """Yield an executor with `count` worker processes on this machine. If `count` is 1, it has a single thread instead.
+def _processes(count: int) -> Executor:
+    """Return an executor with `count` worker processes on this machine. If `count` is 1, it has a single thread.
 
     The processes end when this process ends.
     """
     spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, spawn, _end_with_parent) if count > 1 else ThreadPoolExecutor(1)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+    return ProcessPoolExecutor(count, spawn, _end_with_parent) if count > 1 else ThreadPoolExecutor(1)
 
 
 def _end_with_parent() -> None:

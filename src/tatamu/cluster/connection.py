@@ -161,8 +161,7 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
     Raises:
         InputError: If a version differs.
     """
-    from tatamu.cluster.call import identify
-    from tatamu.cluster.versions import difference, processor
+    from tatamu.cluster.versions import difference, identify, processor
 
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():

@@ -19,8 +19,7 @@ import cloudpickle
 import distributed
 
 from tatamu.base.errors import UnavailableError, WorkerKilledError
-from tatamu.cluster.call import checked_call
-from tatamu.cluster.versions import versions
+from tatamu.cluster.versions import checked_call, versions
 from tatamu.cluster.watch import Watch
 
 LARGE = 65_536
