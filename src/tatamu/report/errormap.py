@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.report.topview import Extent, extent
-from tatamu.show.chart import Chart, Plot, axis, dots, traces
+from tatamu.show.chart import Chart, Plot, axis, traces
 from tatamu.show.palette import SCALE
 from tatamu.show.raster import rasterise
 from tatamu.study.result import Result
@@ -87,13 +87,17 @@ def _plot(fold: Result, area: Extent, values: np.ndarray) -> Plot:
 
 
 def _grasps(fold: Result) -> list[dict[str, Any]]:
-    found = []
-    for colour, arm in zip(("@left", "@right"), fold.arms, strict=False):
-        x, y = 1e3 * arm.grasp.position[0], 1e3 * arm.grasp.position[1]
-        edge = {"color": "@card", "width": 2}
-        drawn = dots([x], [y], f"grasp, vertex {arm.grasp.vertex}", size=12, color=colour, line=edge)
-        found.append({**drawn, "cliponaxis": False})
-    return found
+    return [
+        {
+            "x": [1e3 * arm.grasp.position[0]],
+            "y": [1e3 * arm.grasp.position[1]],
+            "mode": "markers",
+            "cliponaxis": False,
+            "marker": {"size": 12, "color": colour, "line": {"color": "@card", "width": 2}},
+            "hovertemplate": f"grasp, vertex {arm.grasp.vertex}<extra></extra>",
+        }
+        for colour, arm in zip(("@left", "@right"), fold.arms, strict=False)
+    ]
 
 
 def _crease(fold: Result) -> list[dict[str, Any]]:
