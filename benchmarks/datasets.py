@@ -32,7 +32,7 @@ from tatamu.policies.dataset.states import read_states
 from tatamu.policies.dataset.table import read_records
 from tatamu.policies.envs import HandsEnv
 from tatamu.policies.envs.cameras import CAMERAS, Studio
-from tatamu.policies.envs.jaw import HandsOptions
+from tatamu.policies.envs.hands import HandsOptions
 from tatamu.simulation.simulators import simulate
 
 SIZES: dict[str, Any] = {"width": {"low": 0.24, "high": 0.40}, "length": {"low": 0.40, "high": 0.70}, "spacing": 0.04}

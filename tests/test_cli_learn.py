@@ -16,8 +16,8 @@ from rich.console import Console
 
 from tatamu import InputError, Progress, Task, learn, load
 from tatamu.cli import main
+from tatamu.cli.learn import conclusion_of, kept, verdict_lines
 from tatamu.cli.progress import LearningDisplay, prepare
-from tatamu.cli.verdict import conclusion_of, kept, verdict_lines
 from tatamu.folding.score import MEASURES
 from tatamu.report.conclusion import Conclusion
 from tatamu.simulation.native import CAPABILITIES

@@ -23,11 +23,9 @@ from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.cluster import connected, executor_at
-from tatamu.cluster.arguments import LARGE, SharedArguments, unbound
-from tatamu.cluster.call import checked_call
 from tatamu.cluster.connection import CERTIFICATES, parse_address
-from tatamu.cluster.executor import DaskExecutor
-from tatamu.cluster.versions import difference, versions
+from tatamu.cluster.executor import LARGE, DaskExecutor, SharedArguments, unbound
+from tatamu.cluster.versions import checked_call, difference, versions
 from tatamu.cluster.watch import Patience, Watch
 from tatamu.evaluation.evaluator import Ask
 from tatamu.evaluation.nominal import Nominal

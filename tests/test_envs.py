@@ -17,7 +17,7 @@ import tatamu.policies.envs as envs
 from tatamu import InputError, Nominal, make_task, simulate
 from tatamu.folding.parameters import arched_curve
 from tatamu.policies.envs.cameras import CAMERAS, Studio
-from tatamu.policies.envs.demonstration import follow
+from tatamu.policies.envs.motion import follow
 
 SMALL: dict[str, Any] = {"size": (0.2, 0.3), "spacing": 0.04}
 """A towel of a few dozen vertices."""

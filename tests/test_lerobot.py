@@ -11,7 +11,7 @@ import pytest
 
 from tatamu.base.errors import InputError
 from tatamu.lerobot import LeRobotReader, LeRobotWriter, camera, flag, vector
-from tatamu.lerobot.statistics import joined, statistics
+from tatamu.lerobot.feature import joined, statistics
 from tatamu.lerobot.video import VideoWriter
 
 NAMES = ["left_x", "left_y", "left_gripper"]

@@ -7,7 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
-from tatamu.cli.app import Interrupted
+from tatamu.cli.program import Interrupted
 from tatamu.cli.progress import resumable
 from tatamu.show.progress import duration, progress
 

@@ -17,10 +17,9 @@ from tatamu.report.errormap import largest, maps
 from tatamu.report.histogram import bin_width, histogram
 from tatamu.report.paths import plot
 from tatamu.report.replay import replay
-from tatamu.show.packing import motion
 from tatamu.show.raster import View, rasterise, vertex_normals
-from tatamu.show.replay import FRAMES, frames
-from tatamu.show.tube import tube
+from tatamu.show.replay import FRAMES, frames, motion
+from tatamu.show.solids import tube
 from tatamu.study.result import Result
 from tests.fabricated import changed, grid, report, rewritten, write_fold
 from tests.pages import shown, unpacked

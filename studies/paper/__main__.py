@@ -20,7 +20,7 @@ from studies.paper.experiment import Choices, run
 from studies.paper.page import save
 from tatamu.base.errors import InputError
 from tatamu.base.size import parse_size
-from tatamu.cli.cluster import SchedulerOption, at_a_time
+from tatamu.cli.options import SchedulerOption, at_a_time
 from tatamu.cli.program import run as run_program
 from tatamu.cli.progress import prepare
 from tatamu.cluster import executor_at

@@ -24,7 +24,7 @@ from studies.real_cloth.page import page
 from studies.real_cloth.section import Section
 from studies.real_cloth.study import load, run, simulations
 from tatamu.base.files import write_json, write_text
-from tatamu.cli.cluster import SchedulerOption
+from tatamu.cli.options import SchedulerOption
 from tatamu.cli.program import run as run_program
 from tatamu.cluster import executor_at
 from tatamu.simulation.simulators import require

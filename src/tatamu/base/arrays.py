@@ -10,9 +10,6 @@ from pydantic import BeforeValidator, Field, PlainSerializer
 MAX_COORDINATE = 1e3
 """Maximum coordinate or displacement [m]. A larger value is probably in another unit."""
 
-MAX_INDEX = 2**53
-"""Limit of an index. Floating point numbers represent all whole numbers up to it exactly."""
-
 
 def _floats(value: Any) -> np.ndarray:
     try:
@@ -30,10 +27,14 @@ def _floats(value: Any) -> np.ndarray:
 
 
 def _indices(value: Any, width: int, what: str) -> np.ndarray:
-    array = np.array(value if len(value) else np.empty((0, width)))
+    try:
+        array = np.array(value if len(value) else np.empty((0, width)))
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"must be a list of {what}") from None
     if array.ndim != 2 or array.shape[1] != width:
         raise ValueError(f"must be a list of {what}, given an array of shape {array.shape}")
-    if array.dtype.kind not in "iuf" or not (np.abs(array) < MAX_INDEX).all():
+    exact = 2**53  # floating point numbers represent all whole numbers below exactly
+    if array.dtype.kind not in "iuf" or not (np.abs(array) < exact).all():
         raise ValueError(f"must be a list of {what} with whole numbers")
     whole = array.astype(np.int64)
     if not (whole == array).all():
@@ -43,22 +44,12 @@ def _indices(value: Any, width: int, what: str) -> np.ndarray:
 
 
 def _faces(value: Any) -> np.ndarray:
-    return _guarded(value, 3, "[i, j, k]")
+    return _indices(value, 3, "[i, j, k]")
 
 
 def edges(value: Any) -> np.ndarray:
     """Return the e edges of a mesh as pairs of vertex indices, shape (e, 2), also of an empty list."""
-    return _guarded(value, 2, "[i, j]")
-
-
-def _guarded(value: Any, width: int, what: str) -> np.ndarray:
-    try:
-        return _indices(value, width, what)
-    except (TypeError, OverflowError):
-        raise ValueError(f"must be a list of {what}") from None
-    except ValueError as error:
-        text = str(error)
-        raise ValueError(text if text.startswith("must") else f"must be a list of {what}") from None
+    return _indices(value, 2, "[i, j]")
 
 
 def _plain(array: np.ndarray) -> list[Any]:

@@ -12,7 +12,6 @@ SAMPLES = 400
 """Number of segments of the polyline that approximates a Bezier curve."""
 FINE = 4000
 """Number of segments of the polyline with which lengths and points of a `Bezier` are found."""
-GOLDEN = 0.618034
 TOP_SPEED_FACTOR = 1.875
 
 
@@ -96,9 +95,10 @@ class Bezier:
         best = np.array([np.argmin(((curve - point) ** 2).sum(axis=1)) for point in points])
         low = u[np.maximum(best - 1, 0)]
         high = u[np.minimum(best + 1, len(u) - 1)]
+        golden = 0.618034
         for _ in range(40):  # golden section for all points together
-            a = high - (high - low) * GOLDEN
-            b = low + (high - low) * GOLDEN
+            a = high - (high - low) * golden
+            b = low + (high - low) * golden
             nearer = self._squares(a, points) < self._squares(b, points)
             low, high = np.where(nearer, low, a), np.where(nearer, b, high)
         u = (low + high) / 2

@@ -9,13 +9,10 @@ a simulation failed: the cloth stretched too far, was too fast, or had no finite
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pydantic import ValidationError
-
-MAX_CHARACTERS = 1500
-"""Maximum number of characters of a text. The middle of a longer one is cut, so file name and advice remain."""
 
 
 def one_line(text: str) -> str:
@@ -25,8 +22,8 @@ def one_line(text: str) -> str:
     writing are escaped as in Python, for example `\x1b`.
     """
     line = " ".join(text.split())
-    if len(line) > MAX_CHARACTERS:
-        line = f"{line[: MAX_CHARACTERS // 2]} .. {line[-MAX_CHARACTERS // 2 :]}"
+    if len(line) > 1500:  # file name and advice remain
+        line = f"{line[:750]} .. {line[-750:]}"
     return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in line)
 
 
@@ -69,11 +66,9 @@ def describe(error: ValidationError) -> str:
         message = f"must be {first['ctx']['expected']}".replace("'", "")
     if first["type"] == "string_pattern_mismatch":
         message = f"must match {first['ctx']['pattern']}"
-    given = "" if first["type"] in ("missing", "value_error") else f", given {_short(first['input'])}"
+    given = repr(first["input"])
+    given = f", given {given if len(given) <= 60 else given[:57] + '...'}"
+    if first["type"] in ("missing", "value_error"):
+        given = ""
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,4 +1,7 @@
-"""Reading and writing of files: validated when they are read, never left half-written, and of limited sizes [bytes]."""
+"""Reading and writing of files: validated when they are read, never left half-written, and of limited sizes [bytes].
+
+A folder can be locked for one process at a time.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from typing import IO, Any, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.lib import format as npy
@@ -24,10 +27,11 @@ from pydantic import BaseModel, ValidationError
 
 from tatamu.base.errors import InputError, UnavailableError, describe
 
+if TYPE_CHECKING:
+    from filelock import AcquireReturnProxy
+
 Model = TypeVar("Model", bound=BaseModel)
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""Numbers of errors that mean that a disk is full or cannot be written."""
 MIB = 1 << 20
 MAX_TEXT = 32 * MIB
 """Maximum size of text and JSON files: three times that of a large garment's mesh."""
@@ -35,8 +39,6 @@ MAX_TOML = 2 * MIB
 """Maximum size of TOML files, which are written by people."""
 MAX_NPZ = 1024 * MIB
 """Maximum memory of all arrays in a file: ten times that of a motion of the default towel over ten minutes."""
-NUMBERS = "fiub"
-"""Numpy's letters for floating point numbers, integers and booleans."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
@@ -60,14 +62,13 @@ def replacing(path: Path) -> Iterator[Path]:
         raise InputError(f"{path}: cannot be written (is a folder)")
     temporary = sibling(path)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # mkstemp would ignore the umask
-        yield temporary
-        with temporary.open("rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise unwritable(path, error) from None
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # mkstemp would ignore the umask
+            yield temporary
+            with temporary.open("rb+") as file:
+                os.fsync(file.fileno())
+            os.replace(temporary, path)
     finally:
         with suppress(OSError):  # if nothing could be written, there is no file to remove
             temporary.unlink()
@@ -75,14 +76,30 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def unwritable(path: Path, error: OSError) -> InputError:
     """Return the error for a file or folder that cannot be written. It is an `UnavailableError` if the disk is full."""
-    kind = UnavailableError if error.errno in FULL else InputError
+    full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # or the disk cannot be written at all
+    kind = UnavailableError if full else InputError
     return kind(f"{path}: cannot be written ({error.strerror or error})")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Guard a `with` statement that writes a file or a folder: an error of the system names the path."""
+    try:
+        yield
+    except OSError as error:
+        raise unwritable(path, error) from None
 
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file completely or not at all."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file completely or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
 
 
 def write_json(path: Path, value: Any) -> None:
@@ -203,7 +220,11 @@ def read_npz(path: Path, what: str = "an .npz file of numbers", largest: int = M
                 total += _size(member, archive.getinfo(name).file_size, name)
             if total > largest:
                 raise InputError(f"{path}: must contain arrays of at most {largest / MIB:.0f} MiB in total")
-        return {name.removesuffix(".npy"): _array(archive, name) for name in names}
+        arrays = {}
+        for name in names:
+            with archive.open(name) as member:
+                arrays[name.removesuffix(".npy")] = np.asarray(npy.read_array(member, allow_pickle=False))
+        return arrays
 
 
 def _size(member: IO[bytes], unpacked: int, name: str) -> int:
@@ -213,17 +234,13 @@ def _size(member: IO[bytes], unpacked: int, name: str) -> int:
         raise ValueError(f"{name} has the format {version[0]}.{version[1]}")
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = read(member)
-    if dtype.kind not in NUMBERS and not (dtype.kind == "U" and shape == ()):
+    numbers = "fiub"  # numpy's letters for floating point numbers, integers and booleans
+    if dtype.kind not in numbers and not (dtype.kind == "U" and shape == ()):
         raise ValueError(f"{name} has the type {dtype}")
     size = dtype.itemsize * math.prod(shape)
     if min(shape, default=0) < 0 or member.tell() + size != unpacked:
         raise ValueError(f"{name} does not have the size that its header states")
     return size
-
-
-def _array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
-    with archive.open(name) as member:
-        return np.asarray(npy.read_array(member, allow_pickle=False))
 
 
 def validated(model: type[Model], value: Any, source: Path | str) -> Model:
@@ -242,3 +259,22 @@ def read_record(model: type[Model], table: str, path: Path) -> Model:
     if list(value) != [table]:
         raise InputError(f"{path}: must have one table [{table}], given {', '.join(map(str, value)) or 'none'}")
     return validated(model, value[table], path)
+
+
+def lock_folder(path: Path, name: str, busy: str) -> AcquireReturnProxy:
+    """Make a folder and lock it until the end of a `with` statement, or of the process.
+
+    `busy` says what the process with the lock does, such as "another sweep is running here".
+
+    Raises:
+        InputError: If another process has the lock, or the folder cannot be written.
+    """
+    from filelock import FileLock, Timeout
+
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        return FileLock(path / name).acquire(timeout=0)
+    except Timeout:
+        raise InputError(f"{path}: {busy}") from None
+    except OSError as error:
+        raise unwritable(path, error) from None

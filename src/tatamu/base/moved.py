@@ -12,7 +12,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 MOVED = {
-    **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "locks", "records", "size", "version"), "base"),
+    **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "records", "size", "version"), "base"),
     **dict.fromkeys(("body", "clearance", "heavy_strip", "material", "presets", "rollout", "scene"), "simulation"),
     "simulators": "simulation",
     **dict.fromkeys(("crossings", "meshing", "subdivision", "topology", "zbuffer"), "simulation.mesh"),
@@ -41,6 +41,7 @@ RENAMED = {
     "garments.polygons": "garments.objfile",
     "garments.resolution": "garments.garment",
     "garments.sides": "garments.outline",
+    "locks": "base.files",
     "margins": "after.margins",
     "observation": "after.feedback",
     "photographs": "cameras",

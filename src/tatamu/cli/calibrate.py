@@ -9,10 +9,8 @@ from typing import Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 
 
-@app.command()
 def calibrate(
     measurements: Annotated[Path, typer.Argument(metavar="MEASUREMENTS.toml", help="File of the measurements.")],
     out: Annotated[

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 
 if TYPE_CHECKING:
     from tatamu.folding.score import Score
 
 
-@app.command()
 def check(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
     simulator: Annotated[str, typer.Option(help="Other simulator: native, blender or mujoco.")] = "",

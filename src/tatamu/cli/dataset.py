@@ -5,20 +5,17 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
-from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import MAX_AT_A_TIME, SchedulerOption
+from tatamu.cli.options import MAX_AT_A_TIME, SchedulerOption
 
 
-@app.command()
 def dataset(
     specification: Annotated[
         Path, typer.Argument(metavar="SPEC.toml", help="File that describes the folds and the recording.")
@@ -54,15 +51,18 @@ def dataset(
     if scheduler is None and not DatasetFolder(out).is_finished:
         prepare("native")
     count = min(workers or processors(), wanted.episodes)
-    with executor_at(scheduler) as remote, _processes(count if remote is None else 1) as local:
+    with ExitStack() as stack:
+        executor = stack.enter_context(executor_at(scheduler))
+        if executor is None:
+            executor = _processes(count)
+            stack.callback(executor.shutdown, wait=False, cancel_futures=True)
         with resumable(f"finished episodes are kept in {out}"), progress(out.name, unit="episodes") as report:
-            found = make_dataset(wanted, out, executor=remote or local, progress=report)
+            found = make_dataset(wanted, out, executor=executor, progress=report)
     about = found.read()
     print(f"{about.successes} of {about.episodes} episodes succeed, {about.frames} frames")
     print(f"dataset: {found.page}")
 
 
-@app.command()
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
     episode: Annotated[int, typer.Argument(metavar="EPISODE", help="Number of the episode, from 0.")],
@@ -83,28 +83,19 @@ def replay(
     before = found.recorded.score
     was = "failed" if before is None else f"{1e3 * before.mean_vertex_distance:.2f} mm"
     print(f"mean distance from the target: {1e3 * found.score.mean_vertex_distance:.2f} mm, recorded {was}")
-    print(f"success: {_yes(found.success)}, recorded {_yes(found.recorded.success)}")
+    yes = {True: "yes", False: "no"}
+    print(f"success: {yes[found.success]}, recorded {yes[found.recorded.success]}")
     mean, largest = 1e3 * found.distances.mean(), 1e3 * found.distances.max()
     print(f"vertices differ by {mean:.3g} mm on average, {largest:.3g} mm at most")
 
 
-def _yes(value: bool) -> str:
-    return "yes" if value else "no"
-
-
-@contextmanager
-def _processes(count: int) -> Iterator[Executor]:
-    """Yield an executor with `count` worker processes on this machine. If `count` is 1, it has a single thread instead.
+def _processes(count: int) -> Executor:
+    """Return an executor with `count` worker processes on this machine. If `count` is 1, it has a single thread.
 
     The processes end when this process ends.
     """
-    pool: Executor = ThreadPoolExecutor(1)
-    if count > 1:
-        pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _end_with_parent)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
+    spawn = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(count, spawn, _end_with_parent) if count > 1 else ThreadPoolExecutor(1)
 
 
 def _end_with_parent() -> None:

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import Interrupted, app
-from tatamu.cli.cluster import SchedulerOption, StorageOption
-from tatamu.cli.options import options_from
+from tatamu.cli.options import SchedulerOption, StorageOption, options_from
+from tatamu.cli.program import Interrupted
 from tatamu.study.options import TaskRequest
+
+if TYPE_CHECKING:
+    from tatamu.report.conclusion import Conclusion
+    from tatamu.study.plan import PlanResult
+    from tatamu.study.result import Result
 
 
 def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
@@ -36,12 +40,10 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
 
     if names_garment:
         return {"trials": TRIALS}
-    run = Result.load(runs[-1])
-    asked = request(run.record)
+    asked = request(Result.load(runs[-1]).record)
     return {**dict(asked), "trials": TRIALS, "disturbances": None}
 
 
-@app.command()
 @options_from(TaskRequest, argument="garment", defaults=_after)
 def learn(
     options: TaskRequest,
@@ -83,75 +85,105 @@ def learn(
     step gets the number of trials that `--trials` gives. To resume an interrupted study, run the same command again.
     To extend a study, run the command with more `--trials`.
     """
-    with ExitStack() as connections:
-        _learn(options, out, after or [], scheduler, storage, connections)
-
-
-def _learn(
-    options: TaskRequest,
-    out: Path,
-    after: list[Path],
-    scheduler: str | None,
-    storage: str | None,
-    connections: ExitStack,
-) -> None:
-    """Learn a fold, and print the result.
-
-    Connections to a database are added to `connections`. They are closed when the caller closes `connections`.
-    """
     from tatamu.cli.progress import LearningDisplay, starting
 
-    with starting(f"laying out {options.garment}"):
-        from tatamu.simulation.simulators import require
+    with ExitStack() as stack:
+        with starting(f"laying out {options.garment}"):
+            from tatamu.simulation.simulators import require
 
-        require(options.simulator)
-        from tatamu.api import learn, task_of
-        from tatamu.cli.verdict import conclusion_of, kept, success_lines, verdict_lines
-        from tatamu.cluster import executor_at
-        from tatamu.folding.advice import UncarriedWarning, advice
-        from tatamu.folding.baselines import BASELINES
-        from tatamu.study.database import shared_database  # the import takes seconds
-        from tatamu.study.loop import max_trials
-        from tatamu.study.result import Result
+            require(options.simulator)
+            from tatamu.api import learn as run
+            from tatamu.api import task_of
+            from tatamu.cluster import executor_at
+            from tatamu.folding.advice import UncarriedWarning, advice
+            from tatamu.folding.baselines import BASELINES
+            from tatamu.study.database import shared_database  # the import takes seconds
+            from tatamu.study.loop import max_trials
+            from tatamu.study.result import Result
 
-        database = connections.enter_context(shared_database(storage))
-        task = task_of(options)
-        remarks = advice(task.garment, task.plan, task.hands)
-    asked = task.asked
-    if options.size is None and asked is not None and asked.size is not None:
-        print(f"size: {asked.size[0]:g} x {asked.size[1]:g} m, as measured in {options.material}; --size gives another")
-    if task.garment.own:
-        print(task.garment.statement)
-        for note in task.garment.notes:
-            print(f"note: {note}")
-    for line in remarks:
-        print(f"warning: {line}", file=sys.stderr)
-    warnings.simplefilter("ignore", UncarriedWarning)  # printed already
-    fixed = len(BASELINES) if options.baselines else 0
-    try:
-        with (
-            executor_at(scheduler) as executor,
-            LearningDisplay(task, max_trials(options.trials), fixed, prepares=executor is None) as display,
-        ):
-            result = learn(
-                task,
-                options.learning,
-                out=out,
-                after=after,
-                executor=executor,
-                database=database,
-                progress=display.show,
-            )
-    except KeyboardInterrupt:
-        raise Interrupted(kept(out)) from None
-    if after:
-        from tatamu.after.feedback.texts import next_lines
+            database = stack.enter_context(shared_database(storage))
+            task = task_of(options)
+            remarks = advice(task.garment, task.plan, task.hands)
+        asked = task.asked
+        if options.size is None and asked is not None and asked.size is not None:
+            width, length = asked.size
+            print(f"size: {width:g} x {length:g} m, as measured in {options.material}; --size gives another")
+        if task.garment.own:
+            print(task.garment.statement)
+            for note in task.garment.notes:
+                print(f"note: {note}")
+        for line in remarks:
+            print(f"warning: {line}", file=sys.stderr)
+        warnings.simplefilter("ignore", UncarriedWarning)  # printed already
+        fixed = len(BASELINES) if options.baselines else 0
+        try:
+            with (
+                executor_at(scheduler) as executor,
+                LearningDisplay(task, max_trials(options.trials), fixed, prepares=executor is None) as display,
+            ):
+                result = run(
+                    task,
+                    options.learning,
+                    out=out,
+                    after=after or [],
+                    executor=executor,
+                    database=database,
+                    progress=display.show,
+                )
+        except KeyboardInterrupt:
+            raise Interrupted(kept(out)) from None
+        if after:
+            from tatamu.after.feedback.texts import next_lines
 
-        assert isinstance(result, Result), "measured folds are single folds"
-        for line in next_lines(result):
+            assert isinstance(result, Result), "measured folds are single folds"
+            for line in next_lines(result):
+                print(line)
+        for line in (*success_lines(result), *verdict_lines(conclusion_of(result))):
             print(line)
-    for line in success_lines(result):
-        print(line)
-    for line in verdict_lines(conclusion_of(result)):
-        print(line)
-    print(f"report: {out / 'report.html'}")
+        print(f"report: {out / 'report.html'}")
+
+
+def conclusion_of(result: Result | PlanResult) -> Conclusion:
+    """Return the conclusion (success or failure, and why) for a learned fold, or for a plan of several folds."""
+    from tatamu.report.conclusion import of_fold, of_plan
+    from tatamu.study.result import Result
+
+    if isinstance(result, Result):
+        return of_fold(result.record)
+    return of_plan(result.record, [step.record for step in result.steps])
+
+
+def verdict_lines(verdict: Conclusion) -> Iterator[str]:
+    """Yield the lines of text with which the console shows a conclusion."""
+    for name, step in verdict.steps:
+        yield f"{name}: {step.text}"
+    yield f"{'in all: ' if verdict.steps else ''}{verdict.text}"
+    for note in verdict.notes:
+        yield f"note: {note}"
+    for number, line in enumerate(verdict.advice, start=1):
+        yield f"to do {number}: {line}"
+
+
+def success_lines(result: Result | PlanResult) -> Iterator[str]:
+    """Yield a line of text for each fold with its success rate in disturbed simulations, if this rate is known."""
+    from tatamu.evaluation.outcome import HELP
+    from tatamu.study.result import Result
+
+    for step in [result] if isinstance(result, Result) else result.steps:
+        if step.success is not None:
+            name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "
+            yield f"{name}{step.success.headline}; `tatamu margins {result.folder}` simulates more"
+            for cause, count in step.success.causes.items():
+                yield f"{name}{count} of {step.success.simulations} {cause}: {HELP[cause]}"
+
+
+def kept(path: Path) -> str:
+    """Return a line that tells what an interrupted command left in a folder, and how to resume the command."""
+    from tatamu.study.folder import ResultFolder
+
+    folder = ResultFolder(path)
+    resume = "run the same command again to resume"
+    if not folder.has_study:
+        return f"interrupted before anything was finished; {resume}"
+    report = f"; what is finished is in {folder.report_file}" if folder.report_file.exists() else ""
+    return f"interrupted; every finished trial is kept in {path}{report}; {resume}"

@@ -10,14 +10,12 @@ import typer
 
 from tatamu.base.errors import InputError
 from tatamu.base.size import parse_size
-from tatamu.cli.app import app
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
     import numpy as np
 
 
-@app.command()
 def locate(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo of the whole cloth, with the board beside it.")],
     board: BoardOption = None,
@@ -32,8 +30,7 @@ def locate(
         str | None, typer.Option(metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison.")
     ] = None,
     board_pose: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad]."),
+        str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad].")
     ] = None,
     touch: Annotated[
         str | None,
@@ -72,8 +69,7 @@ def locate(
     from tatamu.cameras.pose import parse_pose, parse_touched
 
     scale = scale_of(board, sheet)
-    pictures = {"picture": picture, "from-above": from_above}
-    for option, path in pictures.items():
+    for option, path in {"picture": picture, "from-above": from_above}.items():
         if path is not None:
             look.check_picture(path, option)
     if out is not None and out.suffix.lower() != ".json":

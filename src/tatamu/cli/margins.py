@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Executor
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,16 +11,13 @@ import typer
 from rich.console import Console
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import SchedulerOption
+from tatamu.cli.options import SchedulerOption
 
 if TYPE_CHECKING:
-    from tatamu.evaluation.disturbances import Disturbances
-    from tatamu.folding.score import Limits
+    from tatamu.after.margins import Measured
     from tatamu.study.folder import ResultFolder
 
 
-@app.command()
 def margins(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold, or of a plan.")],
     disturbances: Annotated[
@@ -58,6 +56,7 @@ def margins(
 
     Every simulation is kept. To resume an interrupted command, run the same command again.
     """
+    from tatamu.api import measure_margins
     from tatamu.cluster import executor_at
     from tatamu.evaluation.disturbances import require_disturbances
     from tatamu.folding.score import Limits
@@ -76,23 +75,16 @@ def margins(
     if out is not None and len(steps) > 1:
         raise InputError("--out: must be left out for a plan of several steps; give the folder of one step")
     with executor_at(scheduler) as executor:
+        found = partial(measure_margins, draws=draws, disturbances=given, seed=seed, limits=limits, executor=executor)
         for step in steps:
-            _one(step, given, out, draws, seed, simulator, limits, executor)
+            _one(step, found, out, simulator, prepares=executor is None)
 
 
 def _one(
-    folder: ResultFolder,
-    disturbances: Disturbances | None,
-    out: Path | None,
-    draws: int,
-    seed: int,
-    simulator: str | None,
-    limits: Limits,
-    executor: Executor | None,
+    folder: ResultFolder, found: Callable[..., Measured], out: Path | None, simulator: str | None, *, prepares: bool
 ) -> None:
     from tatamu.after.margins.page import write_page
     from tatamu.after.margins.texts import summary, table
-    from tatamu.api import measure_margins
     from tatamu.cli.progress import prepare, resumable
     from tatamu.report import write_report
     from tatamu.show.progress import progress
@@ -102,22 +94,13 @@ def _one(
     learned = Result.load(folder.path)
     chosen = simulator or learned.simulator
     require(chosen)
-    if executor is None:
+    if prepares:
         prepare(chosen)
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     kept = f"finished simulations are kept in {target}"
     with resumable(kept), progress(f"margins of {folder.path.name}", unit="simulations") as report:
-        measured = measure_margins(
-            learned,
-            draws,
-            disturbances=disturbances,
-            out=target,
-            seed=seed,
-            limits=limits,
-            simulator=simulator,
-            together=lambda success: print(success.headline),
-            executor=executor,
-            progress=report,
+        measured = found(
+            learned, out=target, simulator=simulator, together=lambda each: print(each.headline), progress=report
         )
     folder.write_margins(measured.result, target)
     page = write_page(measured, target)

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tatamu.cli.app import app
 from tatamu.show.quantity import factor
 
 if TYPE_CHECKING:
     from tatamu.simulation.presets import Preset
 
 
-@app.command()
 def materials(
     name: Annotated[
         str | None,
@@ -66,15 +64,12 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
     """
     yield f"{'preset':28}" + "".join(f"{f'{head} {unit}'.strip():>8}" for head, (_, unit) in COLUMNS.items())
     for each in presets:
-        row = [_rounded(factor(unit) * getattr(each.material, field)) for field, unit in COLUMNS.values()]
+        values = [factor(unit) * getattr(each.material, field) for field, unit in COLUMNS.values()]
+        # three digits without an exponent, which would need too much space
+        row = [f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}" for value in values]
         raw = " (Blender's own numbers)" if each.material.blender is not None else ""
         yield f"{each.name:28}" + "".join(f"{cell:>8}" for cell in row)
         yield f"    {each.preset.title}{raw}"
-
-
-def _rounded(number: float) -> str:
-    """Return a number rounded to three digits as text, without an exponent, which would need too much space."""
-    return f"{number:.3g}" if abs(number) < 1000.0 else f"{number:.0f}"
 
 
 def described(preset: Preset) -> str:

@@ -8,10 +8,8 @@ from typing import Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 
 
-@app.command()
 def measure(
     template: Annotated[
         str | None, typer.Option(metavar="GARMENT", help="Write a file to fill in: towel, tshirt, trousers, ...")

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import SchedulerOption
+from tatamu.cli.options import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
@@ -26,7 +25,6 @@ RunArgument = Annotated[
 ]
 
 
-@app.command()
 def observe(
     folder: RunArgument,
     left: Annotated[
@@ -92,7 +90,8 @@ def observe(
 
     `tatamu observe runs/towel/corrected-1 --left 2,0 --right 1,1`
     """
-    from tatamu.after.feedback import FORM, read_template, ruler, size_of
+    from tatamu.after.feedback import FORM, FeedbackFolder, read_template, ruler, size_of
+    from tatamu.after.feedback.texts import correction_lines, posterior_lines
     from tatamu.api import observe as observe_fold
     from tatamu.base.files import write_text
     from tatamu.study.result import Result
@@ -100,30 +99,21 @@ def observe(
     given = {"left": left, "right": right, "slip": slip}
     typed = any(each is not None for each in (*given.values(), deviation, turned_in)) or failed
     if template is not None:
-        _refuse(
-            typed or form is not None, "--template: must be given without measured numbers, because the form is empty"
-        )
-        if template.exists():
-            raise InputError(
-                f"--template: {template} exists; fill in this form and read it with --from, or choose another name"
-            )
+        empty = "--template: must be given without measured numbers, because the form is empty"
+        _refuse(typed or form is not None, empty)
+        other = f"--template: {template} exists; fill in this form and read it with --from, or choose another name"
+        _refuse(template.exists(), other)
         write_text(template, FORM)
         print(f"form: {template}")
         return
-    _refuse(
-        typed and form is not None,
-        "--from: must be given without numbers as options, because the form contains the numbers",
-    )
     seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
-    _refuse(
-        photo is None and seen,
-        "--photo: must be given, because --board, --sheet, --before, --frame, --lens and --corner belong to it",
-    )
     numbers = any(each is not None for each in (*given.values(), deviation, form))
-    _refuse(
-        photo is not None and numbers,
-        "--photo: must be given without numbers as options, because the photo replaces a ruler",
-    )
+    twice = "--from: must be given without numbers as options, because the form contains the numbers"
+    _refuse(typed and form is not None, twice)
+    belong = "because --board, --sheet, --before, --frame, --lens and --corner belong to it"
+    _refuse(photo is None and seen, f"--photo: must be given, {belong}")
+    ruler_too = "--photo: must be given without numbers as options, because the photo replaces a ruler"
+    _refuse(photo is not None and numbers, ruler_too)
     learned = Result.load(folder)
     size = size_of(learned.task.fold)
     measured: MeasuredFold | None = None
@@ -136,18 +126,16 @@ def observe(
         )
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
-        measured = ruler(
-            pairs,
-            size,
-            label="--{}",
-            unit="mm",
-            deviation=deviation,
-            failed=failed,
-            turned_in=_sides(turned_in),
-        )
+        sides = _sides(turned_in)
+        measured = ruler(pairs, size, label="--{}", unit="mm", deviation=deviation, failed=failed, turned_in=sides)
     found = _feedback(learned, measured is None, scheduler, partial(observe_fold, measured=measured, reading=reading))
-    for line in _lines(found):
+    for line in (*posterior_lines(found), *correction_lines(found.correction)):
         print(line)
+    files = FeedbackFolder(found.learned.folder or Path())
+    print(f"posterior: {files.posterior_file}")
+    print(f"page: {files.page_file}")
+    if not found.correction.is_none:
+        print(f"next: tatamu correct {files.path}")
 
 
 def _from_photo(
@@ -193,7 +181,6 @@ def _from_photo(
     return measured, reading
 
 
-@app.command()
 def correct(
     folder: RunArgument,
     out: Annotated[
@@ -244,21 +231,6 @@ def _feedback(learned: Result, again: bool, scheduler: str | None, run: Callable
         kept = f"finished simulations are kept in {place.path}"
         with resumable(kept), progress(f"scenarios of {path.name}", unit="simulations") as report:
             return run(learned, executor=executor, progress=report)
-
-
-def _lines(found: Feedback) -> list[str]:
-    from tatamu.after.feedback import FeedbackFolder
-    from tatamu.after.feedback.texts import correction_lines, posterior_lines
-
-    folder = FeedbackFolder(found.learned.folder or Path())
-    after = [] if found.correction.is_none else [f"next: tatamu correct {folder.path}"]
-    return [
-        *posterior_lines(found),
-        *correction_lines(found.correction),
-        f"posterior: {folder.posterior_file}",
-        f"page: {folder.page_file}",
-        *after,
-    ]
 
 
 def _refuse(wrong: bool, message: str) -> None:

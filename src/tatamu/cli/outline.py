@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-
-if TYPE_CHECKING:
-    import numpy as np
 
 
-@app.command()
 def outline(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo from above: hem down, table on all sides.")],
     out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="File of the outline.")],
@@ -58,7 +52,9 @@ def outline(
     (docs/reference/garment-file.md). With `--garment`, the command writes this file too, here shirt.toml. Then run
     `tatamu show shirt.toml --fold shop`.
     """
-    from tatamu.base.files import check_targets, replacing, write_text
+    import tomli_w
+
+    from tatamu.base.files import check_targets, write_bytes, write_text
     from tatamu.cli.pixels import corners_of, drawn_over, to_metres
     from tatamu.garments.garment import check_size
     from tatamu.garments.landmarks import tshirt_openings
@@ -84,25 +80,15 @@ def outline(
     except InputError as error:
         raise InputError(f"{error}: were all lengths given in metres?") from None
     openings = tshirt_openings(curve) if garment else {}
-    with replacing(picture) as temporary:
-        temporary.write_bytes(drawn_over(found, openings))
+    write_bytes(picture, drawn_over(found, openings))
     write_text(out, outline_svg(curve, openings))
     for path in described:
-        write_text(path, _description(out, openings))
+        table = {"name": out.stem[:60], "kind": "tshirt", "outline": out.name, "openings": list(openings)}
+        write_text(path, tomli_w.dumps({"garment": table}))
     print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
     print(f"look at: {picture}, the outline on top of the photo")
     for path in described:
-        print(
-            f"garment: {path}, two layers, open at {', '.join(openings)}; to change the openings, edit the lines of "
-            "these names in the SVG"
-        )
+        advice = "to change the openings, edit the lines of these names in the SVG"
+        print(f"garment: {path}, two layers, open at {', '.join(openings)}; {advice}")
     for note in found.notes:
         print(f"note: {note}")
-
-
-def _description(outline: Path, openings: Mapping[str, np.ndarray]) -> str:
-    """Return the text of a garment file for a T-shirt with this outline."""
-    import tomli_w
-
-    table = {"name": outline.stem[:60], "kind": "tshirt", "outline": outline.name, "openings": list(openings)}
-    return tomli_w.dumps({"garment": table})

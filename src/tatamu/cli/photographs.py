@@ -1,4 +1,7 @@
-"""Options of the commands that read a photograph in which a board or a sheet of paper gives the scale."""
+"""The commands `tatamu board` and `lens`, and the options of commands that read photographs.
+
+In these photographs, a board or a sheet of paper next to the cloth gives the scale.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +23,67 @@ CornerOption = Annotated[
     list[str] | None,
     typer.Option(metavar="NAME=X,Y", help="Pixel of a corner, to correct what was found; may be given again."),
 ]
+
+
+def board(
+    out: Annotated[Path, typer.Option(metavar="BOARD.pdf", help="File to print; BOARD.toml is written beside it.")],
+    paper: Annotated[str, typer.Option(help="a4 or letter.")] = "a4",
+    pages: Annotated[
+        int,
+        typer.Option(help="Pages, 1 to 8. A second page on the other side of the cloth makes up for an unknown lens."),
+    ] = 1,
+) -> None:
+    """Make a board to print. The board lies next to the cloth in photographs, and gives their scale.
+
+    Print the board at 100 %, and measure its scale bar with a ruler. If the bar is not 150 mm long, correct `bar` in
+    the .toml file.
+
+    Examples:
+    `tatamu board --out board.pdf`
+
+    `tatamu board --out board.pdf --paper letter --pages 2`
+    """
+    from tatamu.base.files import check_targets, validated
+    from tatamu.cameras.board import BAR, SQUARE, Board, write_board, write_pdf
+
+    if out.suffix.lower() != ".pdf":
+        raise InputError(f"--out: must be a .pdf file, given {out}")
+    described = out.with_suffix(".toml")
+    made = validated(Board, {"paper": paper, "pages": pages}, "options")
+    check_targets([out, described])
+    write_pdf(made, out)
+    write_board(made, described, out)
+    width, height = 1e3 * made.size
+    count = "1 page" if pages == 1 else f"{pages} pages"
+    print(f"board: {out}, {count} of {paper}, a pattern of {width:.0f} x {height:.0f} mm")
+    print(f"print the board at 100 %: squares are {1e3 * SQUARE:.0f} mm wide, the scale bar is {1e3 * BAR:.0f} mm long")
+    print(f"file: {described}, for --board; if the printed bar has another length, correct `bar` in this file")
+
+
+def lens(
+    photos: Annotated[list[Path], typer.Argument(metavar="PHOTO..", help="Photos of the board, 4 to 40.")],
+    board: Annotated[Path, typer.Option(metavar="BOARD.toml", help="The board.")],
+    out: Annotated[Path, typer.Option(metavar="LENS.toml", help="File of the lens.")],
+) -> None:
+    """Find the focal length and distortion of a camera from photos of the board.
+
+    Take the photos from different sides and angles, with the same zoom. Let the board fill much of each photo,
+    including the photo's edges and corners.
+
+    Example:
+    `tatamu lens photos/*.jpg --board board.toml --out lens.toml`
+    """
+    from tatamu.base.files import check_targets
+    from tatamu.cameras.board import load_board
+    from tatamu.cameras.lens import calibrate_lens, write_lens
+    from tatamu.cameras.photograph import board_corners
+
+    check_targets([out], [*photos, board])
+    seen, size = board_corners(photos, load_board(board))
+    found, rms = calibrate_lens(seen, size)
+    write_lens(found, out)
+    print(f"lens: {out}, focal length {found.focal:.0f} pixels of {found.width} x {found.height}")
+    print(f"corners deviate from the lens by {rms:.2f} pixels in {len(seen)} photos")
 
 
 def scale_of(board: Path | None, sheet: str | None) -> Path | str:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
 
 if TYPE_CHECKING:
-    from tatamu.robots import Robot
-    from tatamu.robots.motion import Pace
+    from tatamu.robots import RobotPlan
 
 
-@app.command()
 def plan(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
     out: Annotated[Path, typer.Option(metavar="PLAN", help="Folder of the plan.")],
@@ -37,8 +34,7 @@ def plan(
         str, typer.Option(metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad].")
     ] = "auto",
     speed_scale: Annotated[
-        float,
-        typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits."),
+        float, typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits.")
     ] = 1.0,
     hover: Annotated[
         float,
@@ -77,11 +73,15 @@ def plan(
 
     `tatamu plan runs/hand-towel --robot hironx,aloha2,openarm --out runs/plans`
     """
-    from tatamu.robots import check_out, load
+    from tatamu.robots import check_out, load, plan_fold, save
+    from tatamu.robots.episode import add_plan, episode_writer
     from tatamu.robots.motion import Pace
+    from tatamu.robots.plan import NoPlacement
+    from tatamu.show.progress import progress
 
     learned_for = _robot_of(folder)
-    chosen = _named(robot or learned_for or "hironx")
+    asked = robot or learned_for or "hironx"  # a file whose name contains commas is one robot
+    chosen = [asked] if Path(asked).is_file() else list(dict.fromkeys(name.strip() for name in asked.split(",")))
     if lerobot is not None and len(chosen) > 1:
         raise InputError("--lerobot: must be given with one robot, given several")
     robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
@@ -91,61 +91,45 @@ def plan(
     for path in outs.values():
         check_out(path)
     own = load(learned_for).name if learned_for is not None else None
-    asked = _Asked(folder, _place(place), _height(table_height), Pace(speed_scale=speed_scale), _hover(hover), own)
-    refusals = [_plan(asked, name, robots[name], outs[name], lerobot, len(chosen) > 1) for name in chosen]
-    if all(refusals):
-        raise next(filter(None, refusals))
+    pose = _place(place)
+    if table_height is not None and not abs(table_height) < 10:
+        raise InputError(f"--table-height: must be within 10 m, given {table_height:g}")
+    pace = Pace(speed_scale=speed_scale)
+    if hover and not 0.02 <= hover <= 0.5:
+        raise InputError(f"--hover: must be 0 or from 0.02 to 0.5 m, given {hover:g}")
+    refusals = []
+    for name, loaded in robots.items():
+        for note in loaded.notes:
+            print(f"note: {note}")
+        try:
+            with ExitStack() as stack:
+                dataset = None if lerobot is None else stack.enter_context(episode_writer(loaded, lerobot))
+                with progress(f"placing the fold for {loaded.name}", unit="placements") as report:
+                    result = plan_fold(folder, loaded, pose, table_height, pace, hover, report)
+                if dataset is not None:
+                    add_plan(dataset, result)
+        except InputError as error:
+            if len(chosen) > 1:
+                print(f"{loaded.name}: cannot do the fold: {str(error).removeprefix(f'{folder}: ')}")
+            reason = f"{error}; `tatamu learn .. --robot {name}` searches only folds within its reach"
+            for_others = isinstance(error, NoPlacement) and own != loaded.name
+            refusals.append(NoPlacement(reason) if for_others else error)
+            continue
+        save(result, outs[name])
+        _print(result, outs[name], hover, with_checks=len(chosen) == 1)
+    if len(refusals) == len(chosen):
+        raise refusals[0]
 
 
-class _Asked(NamedTuple):
-    """What the options ask for, the same for every robot."""
-
-    folder: Path
-    place: tuple[float, float, float] | None
-    table_height: float | None
-    pace: Pace
-    hover: float
-    learned_for: str | None
-
-
-def _plan(asked: _Asked, name: str, robot: Robot, out: Path, lerobot: Path | None, several: bool) -> InputError | None:
-    """Plan for one robot, write and print the plan, and return the reason if the robot cannot do the fold."""
-    from tatamu.robots import plan_fold, save
+def _print(result: RobotPlan, out: Path, hover: float, *, with_checks: bool) -> None:
     from tatamu.robots.checks import in_words
-    from tatamu.robots.episode import add_plan, episode_writer
-    from tatamu.robots.plan import NoPlacement
-    from tatamu.show.progress import progress
 
-    for note in robot.notes:
-        print(f"note: {note}")
-    folder, place, height, pace, hover, learned_for = asked
-    try:
-        with ExitStack() as stack:
-            dataset = None if lerobot is None else stack.enter_context(episode_writer(robot, lerobot))
-            with progress(f"placing the fold for {robot.name}", unit="placements") as report:
-                result = plan_fold(folder, robot, place, height, pace, hover, report)
-            if dataset is not None:
-                add_plan(dataset, result)
-    except InputError as error:
-        if several:
-            print(f"{robot.name}: cannot do the fold: {str(error).removeprefix(f'{folder}: ')}")
-        if not isinstance(error, NoPlacement) or learned_for == robot.name:
-            return error
-        return NoPlacement(f"{error}; `tatamu learn .. --robot {name}` searches only folds within its reach")
-    save(result, out)
     print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.hovering(0.0).placement}")
     if hover:
         print(f"  the hands move {1e3 * hover:.0f} mm above the cloth with open jaws, so nothing is folded")
-    for check_name, check in result.checks.items() if not several else ():
+    for name, check in result.checks.items() if with_checks else ():
         value, unit, limit = in_words(check.value, check.limit, check.unit, check.ok)
-        print(f"  {check_name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")
-    return None
-
-
-def _named(text: str) -> list[str]:
-    """Return the robots in a list with commas; a file whose name contains commas is one robot."""
-    names = [text] if Path(text).is_file() else [name.strip() for name in text.split(",")]
-    return list(dict.fromkeys(names))
+        print(f"  {name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")
 
 
 def _robot_of(folder: Path) -> str | None:
@@ -158,18 +142,6 @@ def _robot_of(folder: Path) -> str | None:
         return None
     kept = kept_input(folder, "robot")
     return str(kept) if kept else results.record.task.robot
-
-
-def _height(value: float | None) -> float | None:
-    if value is not None and not abs(value) < 10:
-        raise InputError(f"--table-height: must be within 10 m, given {value:g}")
-    return value
-
-
-def _hover(value: float) -> float:
-    if value and not 0.02 <= value <= 0.5:
-        raise InputError(f"--hover: must be 0 or from 0.02 to 0.5 m, given {value:g}")
-    return value
 
 
 def _place(text: str) -> tuple[float, float, float] | None:

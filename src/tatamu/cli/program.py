@@ -16,18 +16,18 @@ import typer
 
 from tatamu.base.errors import InputError, TatamuError, one_line
 from tatamu.base.extras import missing
-from tatamu.cli.app import Interrupted
 
-UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EPIPE)
-"""Numbers of the errors that occur if standard output is full, broken or closed."""
-THREADS = "NUMBA_NUM_THREADS"
-"""Environment variable with the number of threads of compiled code."""
 INTERRUPTED = 130
 """Exit code of a program that was ended by Ctrl-C (128 + SIGINT)."""
-
-
 FORMER = {"--quantile": 1, "--coarse": 0, "--no-coarse": 0, "--fine": 0}
 """Options of version 0.2 without an effect, and how many words follow each. They are accepted for one version."""
+
+
+class Interrupted(Exception):
+    """Raised if the user ended a command with Ctrl-C.
+
+    The text of this exception tells which results are saved, and how to resume the command.
+    """
 
 
 def run(app: typer.Typer, name: str) -> NoReturn:
@@ -43,9 +43,9 @@ def run(app: typer.Typer, name: str) -> NoReturn:
             stream.reconfigure(errors="replace")  # a terminal without Greek letters shows question marks
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # users cannot act on warnings of libraries; `python -W` shows them
-    threads = os.environ.get(THREADS, "1")
+    threads = os.environ.get("NUMBA_NUM_THREADS", "1")
     if not (threads.isdecimal() and int(threads) > 0):  # numba would end with a traceback when it is imported
-        _stop(name, f"{THREADS}: must be a number of threads from 1, given {threads!r}", 2)
+        _stop(name, f"NUMBA_NUM_THREADS: must be a number of threads from 1, given {threads!r}", 2)
     try:
         sys.argv[1:] = _without_former(name, sys.argv[1:])
         code = app(standalone_mode=False)
@@ -68,7 +68,8 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     except MemoryError:
         _stop(name, "not enough memory; give smaller files or a larger mesh spacing", 2)
     except OSError as error:
-        if error.errno not in UNWRITABLE:  # errors of other files are reported where they are opened
+        full_broken_or_closed = (errno.ENOSPC, errno.EIO, errno.EPIPE)
+        if error.errno not in full_broken_or_closed:  # errors of other files are reported where they are opened
             raise
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the rest of the output is dropped
         _stop(name, f"the output cannot be written ({error.strerror})", 1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
 
-from tatamu.cli.app import Interrupted
+from tatamu.cli.program import Interrupted
 from tatamu.show.progress import Report, progress
 
 if TYPE_CHECKING:
@@ -107,11 +107,12 @@ class LearningDisplay:
         self._latest: Progress | None = None
         self._before = signal.getsignal(signal.SIGINT)
         steps = len(task.plan.steps)
-        work = [f"{trials} trials{f' in each of {steps} steps' if steps > 1 else ''}"]
-        work += [f"{baselines} fixed trajectories"] * bool(baselines)
+        work = f"{trials} trials{f' in each of {steps} steps' if steps > 1 else ''}"
+        work += f", {baselines} fixed trajectories" if baselines else ""
+        (width, length), garment = task.garment.size, task.garment
         self.say(
-            f"{task.garment.name} {task.garment.size[0]:g} x {task.garment.size[1]:g} m, {len(task.garment.vertices)} "
-            f"vertices, fold {task.plan.name}, simulator {task.simulator}: {', '.join(work)}"
+            f"{garment.name} {width:g} x {length:g} m, {len(garment.vertices)} vertices, fold {task.plan.name}, "
+            f"simulator {task.simulator}: {work}"
         )
 
     def __enter__(self) -> Self:
@@ -142,9 +143,8 @@ class LearningDisplay:
             prepare(self._simulator, self._bars)
         self._prepared = True
         if now.stage == "first":
-            self.say(
-                f"the hand-designed curve ends {_distance(now)}; looking for a shorter path (Ctrl-C: the best so far)"
-            )
+            advice = "looking for a shorter path (Ctrl-C: the best so far)"
+            self.say(f"the hand-designed curve ends {_distance(now)}; {advice}")
         elif now.stage == "success":
             self._report("simulating the best fold in other scenarios", "simulations")(now.simulated, now.simulations)
         elif now.stage == "report":

@@ -9,15 +9,11 @@ from typing import Annotated
 
 import typer
 
-from tatamu.cli.app import app
 
-
-@app.command()
 def rehearse(
     plan: Annotated[Path, typer.Argument(metavar="PLAN", help="The folder of a plan.")],
     simulator: Annotated[
-        str,
-        typer.Option(help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth."),
+        str, typer.Option(help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth.")
     ] = "mujoco",
     halvings: Annotated[
         int | None,
@@ -49,10 +45,8 @@ def rehearse(
         require(simulator)
     planned = Planned.load(plan)
     if planned.plan.hover and simulator != "none":
-        print(
-            f"no cloth is simulated, because the plan moves {1e3 * planned.plan.hover:.0f} mm above the cloth with "
-            "open jaws"
-        )
+        height = 1e3 * planned.plan.hover
+        print(f"no cloth is simulated, because the plan moves {height:.0f} mm above the cloth with open jaws")
         simulator = "none"
     with progress("the robot moves"):
         result = rehearsed(planned)

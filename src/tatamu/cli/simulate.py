@@ -1,4 +1,4 @@
-"""The command `tatamu simulate`, which simulates a scene file and writes a rollout file."""
+"""The commands `tatamu simulate`, which simulates a scene file, and `install`, which installs a simulator."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from typing import Annotated
 
 import typer
 
-from tatamu.cli.app import app
+from tatamu.base.errors import InputError
 
 
-@app.command()
 def simulate(
     scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="The scene file.")],
     out: Annotated[Path, typer.Option(metavar="ROLLOUT.npz", help="File of the rollout.")],
@@ -36,3 +35,15 @@ def simulate(
     print(f"{out}: {len(rollout.times)} frames by {info['simulator']} in {info['wall_seconds']:.2f} s")
     for warning in info["warnings"]:
         print(f"warning: {warning}")
+
+
+def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to install: blender.")]) -> None:
+    """Install Blender (about 1 GB) in a folder where tatamu finds it, for the option `--simulator blender`.
+
+    Example: `tatamu install blender`
+    """
+    if what != "blender":
+        raise InputError(f"WHAT: must be blender, given {what!r}")
+    from tatamu.simulation.blender.discovery import install as make
+
+    print(f"blender: {make()}")

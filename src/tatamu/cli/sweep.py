@@ -14,18 +14,15 @@ from rich.console import Console
 from rich.live import Live
 
 from tatamu.base.errors import InputError
-from tatamu.cli.app import app
-from tatamu.cli.cluster import MAX_AT_A_TIME, SchedulerOption, StorageOption
-from tatamu.cli.cluster import at_a_time as most_at_a_time
+from tatamu.cli.options import MAX_AT_A_TIME, SchedulerOption, StorageOption
+from tatamu.cli.options import at_a_time as most_at_a_time
 from tatamu.study.options import TaskRequest
 
 if TYPE_CHECKING:
     from tatamu.study.database import SharedDatabase
-    from tatamu.study.loop import Progress
     from tatamu.sweep import SweepTask, TaskRecord
 
 
-@app.command()
 def sweep(
     file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="File of the tasks, a grid or a list.")],
     out: Annotated[
@@ -62,10 +59,14 @@ def sweep(
     _check(file, tasks)
     from tatamu.cluster import executor_at
     from tatamu.study.database import shared_database
+    from tatamu.study.learn import usual_pending
 
     warnings.simplefilter("ignore")  # the reports contain the warnings of single folds
     with shared_database(storage) as database, executor_at(scheduler) as executor:
-        return _run(tasks, out, at_a_time or most_at_a_time(executor, _pending(tasks)), executor, database)
+        # the smallest number of trials that a task runs at the same time, which may differ between tasks
+        options = [TaskRequest(**task.options) for task in tasks]
+        pending = min(each.parallel or usual_pending(each.simulator) for each in options)
+        return _run(tasks, out, at_a_time or most_at_a_time(executor, pending), executor, database)
 
 
 def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
@@ -74,7 +75,7 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
     from tatamu.simulation.simulators import require
     from tatamu.study.learn import check_pending
 
-    made: set[str] = set()
+    made = set()
     for task in tasks:
         options = TaskRequest(**task.options)
         same = options.model_copy(update={"seed": 0, "trials": 1, "sampler": "gp", "parallel": None})
@@ -88,23 +89,8 @@ def _check(file: Path, tasks: Sequence[SweepTask]) -> None:
             raise InputError(f"{file}: task {task.name}: {error}") from None
 
 
-def _pending(tasks: Sequence[SweepTask]) -> int:
-    """Return the smallest number of trials that a task of the sweep runs at the same time.
-
-    This number may differ between tasks.
-    """
-    from tatamu.study.learn import usual_pending
-
-    options = [TaskRequest(**task.options) for task in tasks]
-    return min(each.parallel or usual_pending(each.simulator) for each in options)
-
-
 def _run(
-    tasks: Sequence[SweepTask],
-    out: Path,
-    at_a_time: int,
-    executor: Executor | None,
-    database: SharedDatabase | None,
+    tasks: Sequence[SweepTask], out: Path, at_a_time: int, executor: Executor | None, database: SharedDatabase | None
 ) -> int:
     from tatamu.api import learn, task_of
     from tatamu.sweep import SweepFolder, run_sweep
@@ -122,7 +108,9 @@ def _run(
             out=path,
             executor=executor,
             database=database,
-            progress=lambda now: progress(_words(now)),
+            progress=lambda now: progress(
+                f"{f'step {now.step} of {now.steps}, ' if now.steps > 1 else ''}trial {now.done}/{now.trials}"
+            ),
         )
 
     with _display(console, tasks) as show:
@@ -131,12 +119,6 @@ def _run(
     console.print(counts(records), soft_wrap=True)
     print(f"page: {page}")
     return 1 if any(record.state == "failed" for record in records) else 0
-
-
-def _words(now: Progress) -> str:
-    """Return the progress of a study as text, such as "trial 3/50"."""
-    step = f"step {now.step} of {now.steps}, " if now.steps > 1 else ""
-    return f"{step}trial {now.done}/{now.trials}"
 
 
 @contextmanager

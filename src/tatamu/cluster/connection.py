@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,18 +19,16 @@ if TYPE_CHECKING:
 
     from tatamu.cluster.executor import DaskExecutor
 
-MAX_LOCAL = 1024
-"""Largest number of worker processes that can be started on this machine."""
 CONNECT_SECONDS = 5.0
 """Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
-KILLED_WORKERS = 3
-"""Workers that may die during a call before it fails, if tatamu started the scheduler."""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
 """Fields of Dask's configuration that a client needs for addresses `tls://`."""
-QUIET = {name: "critical" for name in ("distributed", "distributed.client", "distributed.nanny", "distributed.worker")}
 SETTINGS: dict[str, Any] = {
-    "logging": {**QUIET, "distributed.scheduler": "critical", "bokeh": "critical", "tornado": "critical"},
-    "distributed.scheduler.allowed-failures": KILLED_WORKERS - 1,
+    "logging": {
+        **{f"distributed.{part}": "critical" for part in ("client", "nanny", "worker", "scheduler")},
+        **{name: "critical" for name in ("distributed", "bokeh", "tornado")},
+    },
+    "distributed.scheduler.allowed-failures": 2,  # if a third worker dies during a call, the call fails
     "distributed.comm.retry.count": 2,
     "distributed.worker.profile.enabled": False,  # profiling takes 1 % of a core
     "distributed.admin.tick.interval": "1s",  # the default is fifty ticks a second in every Dask process
@@ -56,8 +54,8 @@ def parse_address(text: str) -> SchedulerAddress:
     """
     if found := re.fullmatch(r"local:([0-9]{1,6})", text):
         count = int(found[1])
-        if not 1 <= count <= MAX_LOCAL:
-            raise InputError(f"--scheduler: local:N must have from 1 to {MAX_LOCAL} workers, given {text!r}")
+        if not 1 <= count <= 1024:
+            raise InputError(f"--scheduler: local:N must have from 1 to 1024 workers, given {text!r}")
         return SchedulerAddress(text, count)
     if found := re.fullmatch(r"(?:tcp|tls)://(?:\[[0-9a-fA-F:.%]+\]|[\w.-]+):([0-9]{1,5})", text):
         if 1 <= int(found[1]) <= 65535:
@@ -107,10 +105,8 @@ def _configure() -> None:
     """Import Dask with the configuration `SETTINGS`, which also suppresses Dask's log messages."""
     try:
         import dask
-    except ImportError:
-        raise InputError("--scheduler: needs Dask; python -m pip install 'tatamu[cluster]'") from None
-    dask.config.set(SETTINGS)
-    try:
+
+        dask.config.set(SETTINGS)
         import distributed  # noqa: F401
     except ImportError:
         raise InputError("--scheduler: needs Dask; python -m pip install 'tatamu[cluster]'") from None
@@ -132,36 +128,29 @@ def _check_certificates(address: str) -> None:
 def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
     import distributed
 
-    if address.local is None:
-        with _opened(address.text, address.text) as client:
+    with ExitStack() as stack:
+        to: Any = address.text
+        if address.local is not None:
+            to = stack.enter_context(
+                distributed.LocalCluster(
+                    n_workers=address.local,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",
+                    host="127.0.0.1",
+                    silence_logs=logging.CRITICAL,
+                    memory_limit=0,
+                )
+            )
+        try:
+            client = distributed.Client(to, timeout=CONNECT_SECONDS, set_as_default=False, name="tatamu")
+        except (OSError, TimeoutError, ValueError) as error:
+            reason = " ".join(str(error).split())[:160] or type(error).__name__
+            raise UnavailableError(f"--scheduler: {address.text} does not answer ({reason})") from None
+        try:
             yield client
-        return
-    with distributed.LocalCluster(
-        n_workers=address.local,
-        threads_per_worker=1,
-        processes=True,
-        dashboard_address="127.0.0.1:0",
-        host="127.0.0.1",
-        silence_logs=logging.CRITICAL,
-        memory_limit=0,
-    ) as cluster:
-        with _opened(cluster, address.text) as client:
-            yield client
-
-
-@contextmanager
-def _opened(to: Any, name: str) -> Iterator[distributed.Client]:
-    import distributed
-
-    try:
-        client = distributed.Client(to, timeout=CONNECT_SECONDS, set_as_default=False, name="tatamu")
-    except (OSError, TimeoutError, ValueError) as error:
-        reason = " ".join(str(error).split())[:160]
-        raise UnavailableError(f"--scheduler: {name} does not answer ({reason or type(error).__name__})") from None
-    try:
-        yield client
-    finally:
-        client.close(timeout=5)
+        finally:
+            client.close(timeout=5)
 
 
 def refuse_other_versions(client: distributed.Client, name: str) -> None:
@@ -172,8 +161,7 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
     Raises:
         InputError: If a version differs.
     """
-    from tatamu.cluster.call import identify
-    from tatamu.cluster.versions import difference, processor
+    from tatamu.cluster.versions import difference, identify, processor
 
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():
@@ -186,7 +174,6 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
             raise InputError(f"--scheduler: {name}: worker {worker} has {differing}; install the same versions")
         kinds.add(kind)
     if len(kinds) > 1:
-        text = (
-            f"warning: {name}: different processors ({', '.join(sorted(kinds))}), so last digits of results may differ"
-        )
+        named = ", ".join(sorted(kinds))
+        text = f"warning: {name}: different processors ({named}), so last digits of results may differ"
         print(text, file=sys.stderr)

@@ -5,19 +5,70 @@ Dask's own executor sends the calls, and Dask's scheduler keeps them until a wor
 
 from __future__ import annotations
 
+import pickle
+from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from functools import partial
+from hashlib import sha256
 from threading import Lock
 from typing import Any
 from weakref import WeakSet, ref
 
+import cloudpickle
 import distributed
 
 from tatamu.base.errors import UnavailableError, WorkerKilledError
-from tatamu.cluster.arguments import SharedArguments, unbound
-from tatamu.cluster.call import checked_call
-from tatamu.cluster.versions import versions
+from tatamu.cluster.versions import checked_call, versions
 from tatamu.cluster.watch import Watch
+
+LARGE = 65_536
+"""Size above which an argument is shared [bytes]. A task is larger, a manipulation is smaller."""
+KEPT = 256_000_000
+"""Total size of the shared arguments that are kept for later calls [bytes]."""
+PLAIN = (str, bytes, int, float, bool, type(None))
+"""Types of arguments that are never shared."""
+
+
+class SharedArguments:
+    """Large arguments of calls, by their last use, which are sent to the workers only once.
+
+    The scheduler takes each of them for the result of a call, which it repeats if all workers that have it die.
+    """
+
+    def __init__(self, client: distributed.Client, kept: int = KEPT) -> None:
+        self._client = client
+        self._kept = kept
+        self._sizes: OrderedDict[str, int] = OrderedDict()
+        self._futures: dict[str, distributed.Future] = {}
+
+    def replaced(self, value: Any) -> Any:
+        """Return a small value unchanged, and for a large one a Dask future, equal for equal values."""
+        if isinstance(value, PLAIN):
+            return value
+        content = cloudpickle.dumps(value)
+        if len(content) < LARGE:
+            return value
+        key = f"tatamu-shared-{sha256(content).hexdigest()[:24]}"
+        if key not in self._futures or self._futures[key].cancelled():
+            self._futures[key] = self._client.submit(pickle.loads, content, key=key)  # the worker keeps the result
+        self._sizes[key] = len(content)
+        self._sizes.move_to_end(key)
+        while sum(self._sizes.values()) > self._kept and next(iter(self._sizes)) != key:  # the one in use stays
+            oldest, _ = self._sizes.popitem(last=False)
+            del self._futures[oldest]
+        return self._futures[key]
+
+
+def unbound(function: Callable[..., Any]) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+    """Split a `partial` or a bound method into a plain function and the arguments that are bound to it."""
+    if isinstance(function, partial) and not function.keywords:
+        inner, first = unbound(function.func)
+        return inner, (*first, *function.args)
+    owner = getattr(function, "__self__", None)
+    if owner is not None and hasattr(type(owner), getattr(function, "__name__", "")):
+        return getattr(type(owner), function.__name__), (owner,)
+    return function, ()
 
 
 class DaskExecutor(Executor):

@@ -1,4 +1,4 @@
-"""Finds the versions of Python, of tatamu's code and of packages, which must be equal on all machines.
+"""Checks the versions of Python, of tatamu's code and of packages, which must be equal on all machines.
 
 If they were different, results might depend on the machine.
 """
@@ -6,16 +6,16 @@ If they were different, results might depend on the machine.
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from time import perf_counter
+from typing import Any
 
+from tatamu.base.errors import UnavailableError
 from tatamu.base.version import __version__
-
-COMPUTING = ("numpy", "numba", "scipy")
-"""Packages whose versions may change results."""
 
 Versions = Mapping[str, str]
 
@@ -24,7 +24,12 @@ Versions = Mapping[str, str]
 def versions() -> Versions:
     """Return the versions of Python, of tatamu and of packages in this process, as a dictionary by name."""
     found = {"Python": platform.python_version(), "tatamu": f"{__version__} ({source_digest()})"}
-    return found | {name: _version(name) for name in COMPUTING}
+    for name in ("numpy", "numba", "scipy"):  # packages whose versions may change results
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "missing"
+    return found
 
 
 def difference(there: Versions) -> str | None:
@@ -64,8 +69,22 @@ def processor() -> str:
         return platform.processor() or platform.machine()
 
 
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "missing"
+def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, **kwargs: Any) -> tuple[float, Any]:
+    """Call a function on a worker with the versions of the client, and return its wall time [s] and its result.
+
+    Raises:
+        UnavailableError: If a version differs. This happens if the worker joined after the check at the start.
+    """
+    if of_client != versions():
+        differing = (difference(of_client) or "").replace(" there", " at the client").replace(" here", " at the worker")
+        raise UnavailableError(
+            f"a worker must have the versions of this client, given {differing}; install the same versions"
+        )
+    begun = perf_counter()
+    result = function(*args, **kwargs)
+    return perf_counter() - begun, result
+
+
+def identify() -> tuple[Versions, str]:
+    """Return the versions of packages on a worker, and the kind of its processor."""
+    return dict(versions()), processor()

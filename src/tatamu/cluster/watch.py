@@ -5,18 +5,18 @@ A call that takes too long is moved to another worker, which never changes its r
 
 from __future__ import annotations
 
+import asyncio
 import logging
+from contextlib import suppress
 from dataclasses import dataclass, field
 from threading import Event, Thread
+from time import time
+from typing import Any
 
 import distributed
 
-from tatamu.cluster.call import replace_overdue
-
 EVERY = 5.0
 """Time between two checks [s]."""
-NO_WORKERS = 2
-"""Number of checks without any worker after which a warning is logged."""
 
 logger = logging.getLogger("tatamu.cluster")
 
@@ -74,10 +74,45 @@ class Watch:
                 logger.debug("the scheduler did not answer: %s", error)
                 continue
             idle = idle + 1 if calls and not threads else 0
-            if idle == NO_WORKERS:
+            if idle == 2:
                 logger.warning("tatamu: waiting for workers, because the scheduler has none")
 
     def _count(self, client: distributed.Client) -> int:
         threads = sum(client.nthreads().values())
         self.threads = max(1, threads)
         return threads
+
+
+async def replace_overdue(client: str, limit: float, dask_scheduler: Any = None) -> int:
+    """Restart or remove the workers on which a client's calls take longer than `limit` [s], so that others run them.
+
+    Dask passes the scheduler, on which this runs. The result is the number of the client's calls that have not ended.
+    """
+    calls = {
+        call
+        for call in dask_scheduler.clients[client].wants_what
+        if call.state in ("processing", "queued", "no-worker")
+    }
+    workers = list(dask_scheduler.workers.values())
+    late = [worker for worker in workers if _longest(worker, calls) > limit]
+    await asyncio.gather(*(_replace(worker, dask_scheduler) for worker in late))
+    return len(calls)
+
+
+def _longest(worker: Any, calls: set[Any]) -> float:
+    """Return the longest time for which a worker has run one of the calls [s], or has been silent since it got one."""
+    silent = time() - worker.last_seen
+    return max((worker.executing.get(call, 0.0) + silent for call in worker.processing if call in calls), default=0.0)
+
+
+async def _replace(worker: Any, scheduler: Any) -> None:
+    from distributed.core import rpc
+
+    if worker.nanny:
+        limit = 20.0  # [s]
+        with suppress(OSError, asyncio.TimeoutError):
+            async with rpc(worker.nanny, connection_args=scheduler.connection_args) as nanny:
+                restarted = nanny.restart(timeout=limit, reason="tatamu: overdue")
+                await asyncio.wait_for(restarted, limit)
+    if scheduler.workers.get(worker.address) is worker:
+        await scheduler.remove_worker(worker.address, stimulus_id=f"tatamu-overdue-{worker.address}")

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import needed
 from tatamu.base.files import foreign, read_json
-from tatamu.lerobot import layout
-from tatamu.lerobot.extras import needed
+from tatamu.lerobot import files
 from tatamu.lerobot.video import read_video
 
 
@@ -27,13 +27,13 @@ class LeRobotReader:
             InputError: If the folder contains no dataset, or a dataset of another version.
         """
         self.root = Path(root)
-        path = self.root / layout.INFO
+        path = self.root / files.INFO
         if not path.is_file():
-            raise InputError(f"{self.root}: must be the folder of a LeRobotDataset, but has no {layout.INFO}")
+            raise InputError(f"{self.root}: must be the folder of a LeRobotDataset, but has no {files.INFO}")
         self.info: dict[str, Any] = read_json(path)
         version = self.info.get("codebase_version") if isinstance(self.info, dict) else None
-        if version != layout.VERSION:
-            raise InputError(f"{path}: codebase_version: must be {layout.VERSION}, given {version!r}")
+        if version != files.VERSION:
+            raise InputError(f"{path}: codebase_version: must be {files.VERSION}, given {version!r}")
 
     @property
     def fps(self) -> int:
@@ -47,16 +47,16 @@ class LeRobotReader:
         rows: list[dict[str, Any]] = []
         for file in files:
             with foreign(file, "a Parquet file"):
-                table = needed("pyarrow.parquet").read_table(file)
+                table = needed("pyarrow.parquet", "dataset").read_table(file)
                 rows += table.select([name for name in table.column_names if not name.startswith("stats/")]).to_pylist()
         return rows
 
     @cached_property
     def tasks(self) -> list[str]:
         """Texts of the tasks, by index."""
-        file = self.root / layout.TASKS
+        file = self.root / files.TASKS
         with foreign(file, "a Parquet file"):
-            rows = needed("pyarrow.parquet").read_table(file).to_pylist()
+            rows = needed("pyarrow.parquet", "dataset").read_table(file).to_pylist()
         return [row["task"] for row in sorted(rows, key=lambda row: int(row["task_index"]))]
 
     def row(self, episode: int) -> dict[str, Any]:
@@ -74,10 +74,10 @@ class LeRobotReader:
         row = self.row(episode)
         if unknown := [name for name in names if name not in self.info["features"]]:
             raise InputError(f"{self.root}: has no feature {unknown[0]!r}")
-        file = self._file(layout.DATA, row["data/chunk_index"], row["data/file_index"])
+        file = self._file(files.DATA, row["data/chunk_index"], row["data/file_index"])
         with foreign(file, "a Parquet file"):
             rule = [("episode_index", "==", episode)]
-            table = needed("pyarrow.parquet").read_table(file, columns=list(names), filters=rule)
+            table = needed("pyarrow.parquet", "dataset").read_table(file, columns=list(names), filters=rule)
             kinds = {name: self.info["features"][name]["dtype"] for name in names}
             return {name: np.array(table[name].to_pylist(), dtype=kind) for name, kind in kinds.items()}
 
@@ -90,7 +90,7 @@ class LeRobotReader:
         row = self.row(episode)
         if f"videos/{name}/file_index" not in row:
             raise InputError(f"{self.root}: has no camera {name!r}")
-        file = self._file(layout.VIDEOS, row[f"videos/{name}/chunk_index"], row[f"videos/{name}/file_index"], name)
+        file = self._file(files.VIDEOS, row[f"videos/{name}/chunk_index"], row[f"videos/{name}/file_index"], name)
         first = round(row[f"videos/{name}/from_timestamp"] * self.fps)
         last = round(row[f"videos/{name}/to_timestamp"] * self.fps)
         yield from islice(read_video(file), first, last)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import foreign, unwritable
-from tatamu.lerobot.extras import needed
+from tatamu.base.extras import needed
+from tatamu.base.files import foreign, writing
 
 CODEC = "libsvtav1"
 OPTIONS = {"g": "2", "crf": "30", "preset": "12", "svtav1-params": "fast-decode=0:lp=1"}
@@ -26,7 +26,7 @@ def check_codec() -> None:
     Raises:
         InputError: If PyAV is not installed, or has no encoder for AV1.
     """
-    av = needed("av")
+    av = needed("av", "dataset")
     os.environ.setdefault("SVT_LOG", "0")  # otherwise the encoder writes its version to standard error
     try:
         av.codec.Codec(CODEC, "w")
@@ -51,16 +51,14 @@ class VideoWriter:
             InputError: If the file cannot be written, or there is no encoder.
         """
         check_codec()
-        av = needed("av")
+        av = needed("av", "dataset")
         av.logging.set_level(av.logging.PANIC)
         self.frames = 0
         self.size = 0
         self._path = path
-        try:
+        with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("w+b")
-        except OSError as error:
-            raise unwritable(path, error) from None
         self._container = av.open(self._file, "w", format="mp4")
         self._stream: Any = self._container.add_stream(CODEC, rate=fps, options=OPTIONS)
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"
@@ -71,7 +69,7 @@ class VideoWriter:
 
     def add(self, pictures: np.ndarray) -> None:
         """Append pictures: RGB, uint8, shape (f, h, w, 3)."""
-        try:
+        with writing(self._path):
             for picture in pictures:
                 frame = self._av.VideoFrame.from_ndarray(picture, format="rgb24")
                 frame.pts = self.frames
@@ -79,16 +77,11 @@ class VideoWriter:
                 self._container.mux(packets)
                 self.size += sum(packet.size for packet in packets)
                 self.frames += 1
-        except OSError as error:
-            raise unwritable(self._path, error) from None
 
     def close(self) -> None:
         """Write the remaining pictures, and close the file."""
-        try:
-            with self._file, self._container:
-                self._container.mux(self._stream.encode())
-        except OSError as error:
-            raise unwritable(self._path, error) from None
+        with writing(self._path), self._file, self._container:
+            self._container.mux(self._stream.encode())
 
 
 @contextmanager
@@ -113,7 +106,7 @@ def _unchanged_priority() -> Iterator[None]:
 
 def read_video(path: Path) -> Iterator[np.ndarray]:
     """Yield the pictures of a video: RGB, uint8, shape (h, w, 3)."""
-    av = needed("av")
+    av = needed("av", "dataset")
     with foreign(path, "a video"), av.open(str(path)) as container:
         for frame in container.decode(video=0):
             yield frame.to_ndarray(format="rgb24")

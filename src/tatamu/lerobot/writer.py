@@ -14,20 +14,16 @@ from typing import Any, Self
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB, sibling, unwritable, write_json
-from tatamu.lerobot import layout
-from tatamu.lerobot.extras import needed
-from tatamu.lerobot.feature import Feature
-from tatamu.lerobot.files import NumberFiles, VideoFiles
-from tatamu.lerobot.statistics import Statistics, joined, statistics
+from tatamu.base.extras import needed
+from tatamu.base.files import MIB, sibling, write_json, writing
+from tatamu.lerobot import files
+from tatamu.lerobot.feature import Feature, Statistics, joined, statistics
+from tatamu.lerobot.files import NumberFiles, VideoFiles, table_of
 from tatamu.lerobot.video import check_codec
 
 USUAL: Mapping[str, Feature] = {
     "timestamp": Feature("float32", (1,)),
-    "frame_index": Feature("int64", (1,)),
-    "episode_index": Feature("int64", (1,)),
-    "index": Feature("int64", (1,)),
-    "task_index": Feature("int64", (1,)),
+    **{name: Feature("int64", (1,)) for name in ("frame_index", "episode_index", "index", "task_index")},
 }
 """Features that every dataset has. The writer sets their values."""
 
@@ -45,8 +41,8 @@ class LeRobotWriter:
         features: Mapping[str, Feature],
         robot: str | None = None,
         *,
-        data_mib: float = layout.DATA_MIB,
-        video_mib: float = layout.VIDEO_MIB,
+        data_mib: float = files.DATA_MIB,
+        video_mib: float = files.VIDEO_MIB,
     ) -> None:
         """Start a dataset.
 
@@ -68,8 +64,8 @@ class LeRobotWriter:
         self.episodes = 0
         self.frames = 0
         self._robot = robot
-        self._arrow = needed("pyarrow")
-        self._parquet = needed("pyarrow.parquet")
+        self._arrow = needed("pyarrow", "dataset")
+        self._parquet = needed("pyarrow.parquet", "dataset")
         if any(feature.is_video for feature in features.values()):
             check_codec()
         if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
@@ -134,20 +130,18 @@ class LeRobotWriter:
             raise InputError(f"{self.root}: must have at least one episode, given none")
         self._close()
         self._write_tasks()
-        self._write_table(layout.numbered(layout.EPISODES, 0), self._arrow.table(self._columns()))
+        self._write_table(files.numbered(files.EPISODES, 0), table_of(self._rows))
         whole = {name: joined([each[name] for each in self._statistics]) for name in self.features}
         write_json(
-            self._building / layout.STATS,
+            self._building / files.STATS,
             {name: {kind: value.tolist() for kind, value in found.items()} for name, found in whole.items()},
         )
-        write_json(self._building / layout.INFO, self._info())
-        try:
+        write_json(self._building / files.INFO, self._info())
+        with writing(self.root):
             self.root.parent.mkdir(parents=True, exist_ok=True)
             if self.root.exists():
                 self.root.rmdir()
             os.rename(self._building, self.root)
-        except OSError as error:
-            raise unwritable(self.root, error) from None
         return self.root
 
     def __enter__(self) -> Self:
@@ -159,14 +153,10 @@ class LeRobotWriter:
         try:
             if kind is None:
                 self.finish()
-        finally:
-            self.abandon()
-
-    def abandon(self) -> None:
-        """Remove an unfinished dataset. A finished dataset remains."""
-        with suppress(InputError):
-            self._close()
-        shutil.rmtree(self._building, ignore_errors=True)
+        finally:  # remove an unfinished dataset; a finished one has another place
+            with suppress(InputError):
+                self._close()
+            shutil.rmtree(self._building, ignore_errors=True)
 
     def _usual(self, frames: int, task: int) -> dict[str, np.ndarray]:
         numbers = np.arange(frames)
@@ -199,26 +189,20 @@ class LeRobotWriter:
                 "has_audio": False,
             }
         return {
-            "codebase_version": layout.VERSION,
+            "codebase_version": files.VERSION,
             "robot_type": self._robot,
             "total_episodes": self.episodes,
             "total_frames": self.frames,
             "total_tasks": len(self._tasks),
-            "chunks_size": layout.FILES_IN_CHUNK,
-            "data_files_size_in_mb": layout.DATA_MIB,
-            "video_files_size_in_mb": layout.VIDEO_MIB,
+            "chunks_size": files.FILES_IN_CHUNK,
+            "data_files_size_in_mb": files.DATA_MIB,
+            "video_files_size_in_mb": files.VIDEO_MIB,
             "fps": self.fps,
             "splits": {"train": f"0:{self.episodes}"},
-            "data_path": layout.DATA,
-            "video_path": layout.VIDEOS if self._videos else None,
+            "data_path": files.DATA,
+            "video_path": files.VIDEOS if self._videos else None,
             "features": features,
         }
-
-    def _columns(self) -> dict[str, Any]:
-        """Return the columns of the table of episodes. A column without any value is stored as a column of numbers."""
-        arrays = {name: self._arrow.array([row[name] for row in self._rows]) for name in self._rows[0]}
-        empty = self._arrow.null()
-        return {name: each.cast("float64") if each.type == empty else each for name, each in arrays.items()}
 
     def _write_tasks(self) -> None:
         """Write the table of tasks in the format of pandas. The column `task` is the index of the table."""
@@ -230,13 +214,11 @@ class LeRobotWriter:
         ]
         pandas = {"index_columns": ["task"], "column_indexes": [], "columns": described, "pandas_version": "2.0.0"}
         table = self._arrow.table(columns).replace_schema_metadata({"pandas": json.dumps(pandas)})
-        self._write_table(Path(layout.TASKS), table)
+        self._write_table(Path(files.TASKS), table)
 
     def _write_table(self, file: Path, table: Any) -> None:
         path = self._building / file
-        try:
+        with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("wb") as opened:
                 self._parquet.write_table(table, opened)
-        except OSError as error:
-            raise unwritable(path, error) from None

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 from markupsafe import Markup
+from PIL import Image, ImageDraw, ImageFont
 
 from tatamu.folding.coverage import Part
 from tatamu.folding.fold import ideal_folds
@@ -16,13 +17,9 @@ from tatamu.folding.proposals import Proposal
 from tatamu.garments import Garment
 from tatamu.report.garment import FoldMark, diagram
 from tatamu.show.drawing import Drawing
+from tatamu.show.image import encoded
 from tatamu.show.page import render
 from tatamu.show.shapes import Polyline
-
-COLUMNS = 3
-"""Number of fold plans side by side in a picture of all plans."""
-TITLE = 40
-"""Height of the line that contains a plan's name above its drawing [pixels]."""
 
 
 def marks(garment: Garment, plan: Plan) -> list[FoldMark]:
@@ -69,19 +66,11 @@ def page(garment: Garment, proposals: Sequence[Proposal]) -> str:
     Raises:
         InputError: If a plan cannot fold the garment.
     """
-    drawn = drawings(garment, proposals)
-    return render(
-        "report/candidates.html",
-        title=garment.name,
-        plans=[
-            (proposal.plan, Markup(drawing.svg()), _warnings(proposal))
-            for proposal, drawing in zip(proposals, drawn, strict=True)
-        ],
-    )
-
-
-def _warnings(proposal: Proposal) -> list[str]:
-    return [f"Step {number + 1}: no hand carries {part.text}" for number, part in proposal.missed]
+    plans = []
+    for proposal, drawing in zip(proposals, drawings(garment, proposals), strict=True):
+        warnings = [f"Step {number + 1}: no hand carries {part.text}" for number, part in proposal.missed]
+        plans.append((proposal.plan, Markup(drawing.svg()), warnings))
+    return render("report/candidates.html", title=garment.name, plans=plans)
 
 
 def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
@@ -90,12 +79,10 @@ def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
     Raises:
         InputError: If a plan cannot fold the garment.
     """
-    from PIL import Image, ImageDraw, ImageFont
-
     images = [Image.open(io.BytesIO(drawing.png())) for drawing in drawings(garment, proposals)]
-    columns = min(COLUMNS, len(images))
-    width = images[0].width
-    height = images[0].height + TITLE
+    columns = min(3, len(images))
+    title = 40  # height of the line with a plan's name above its drawing [pixels]
+    width, height = images[0].width, images[0].height + title
     rows = -(-len(images) // columns)
     sheet = Image.new("RGB", (width * columns, height * rows), "#fff")
     canvas = ImageDraw.Draw(sheet)
@@ -103,9 +90,7 @@ def picture(garment: Garment, proposals: Sequence[Proposal]) -> bytes:
     for number, (proposal, image) in enumerate(zip(proposals, images, strict=True)):
         left = width * (number % columns)
         top = height * (number // columns)
-        sheet.paste(image, (left, top + TITLE))
+        sheet.paste(image, (left, top + title))
         name = proposal.plan.name + (" (not all is carried)" if proposal.missed else "")
         canvas.text((left + 16, top + 8), name, "#20242c", font)
-    buffer = io.BytesIO()
-    sheet.save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
+    return encoded(sheet)

@@ -9,16 +9,6 @@ from tatamu.folding.score import Limits, Measured
 from tatamu.report.measures import OVERLAP, SUCCESS, grade
 from tatamu.study.record import PlanRecord, ResultRecord
 
-LATE = 0.6
-"""Fraction of the trials of a search, from the first trial on.
-
-If the best trial comes after this fraction, the search was probably still improving.
-"""
-EDGE = 0.01
-"""Largest distance between a parameter and a bound of its search range, as a fraction of the range.
-
-Up to this distance, the parameter counts as being on the bound.
-"""
 MEANING = {
     "x1": "P1 ahead of the grasp",
     "z1": "P1 above the grasp",
@@ -115,13 +105,10 @@ def on_bounds(result: ResultRecord) -> list[str]:
         whole = name.startswith("g")
         value = float(int(chosen[name])) if whole else float(chosen[name])
         last = (result.task.candidates or 0) - 1 if whole else high
-        near = EDGE * (high - low)
+        near = 0.01 * (high - low)  # up to this distance, the parameter counts as being on the bound
         if value > last - near or (not whole and value < low + near):
-            shown = (
-                f"{value:.0f}, the last of 0 to {last:g}"
-                if whole
-                else f"{value:.3g} m, in a range of {low:g} to {high:.3g} m"
-            )
+            place = f"the last of 0 to {last:g}" if whole else f"in a range of {low:g} to {high:.3g} m"
+            shown = f"{value:.0f}, {place}" if whole else f"{value:.3g} m, {place}"
             found.append(f"{MEANING.get(name, name)} ({name}): {shown}")
     if not found:
         return []
@@ -149,11 +136,9 @@ def _about_search(result: ResultRecord) -> list[str]:
         lines.append(f"{len(failed)} of {len(trials)} trials failed; last error: {failed[-1].error}")
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
-        help_by = (
-            "C weighs the distance too little here; try a finer mesh (--spacing)"
-            if result.disturbances is not None
-            else "C is a sum of path and distance; learn with disturbances (the default), so that folds must succeed"
-        )
+        help_by = "C is a sum of path and distance; learn with disturbances (the default), so that folds must succeed"
+        if result.disturbances is not None:
+            help_by = "C weighs the distance too little here; try a finer mesh (--spacing)"
         distance = 1e3 * other.score.mean_vertex_distance
         lines.append(f"trial {other.number} succeeds ({distance:.1f} mm) with a longer path: {help_by}")
     lines += [
@@ -162,16 +147,11 @@ def _about_search(result: ResultRecord) -> list[str]:
         if each.score is not None and each.score.succeeds
     ][:1]
     more = f"more trials: repeat the command with --trials {2 * len(trials)}"
-    if best.number >= LATE * len(trials):
-        lines.append(
-            f"{more}; the best trial came late, as {best.number} of {len(trials)}, so more trials are likely to help"
-        )
-    else:
-        lines.append(f"{more}; but the best trial came early, as {best.number} of {len(trials)}")
-        lines.append(
-            "another fold or other grasps: `tatamu plans` draws the folds in which hands lift the whole garment"
-        )
-    return lines
+    place = f"as {best.number} of {len(trials)}"
+    if best.number >= 0.6 * len(trials):  # the search was probably still improving
+        return [*lines, f"{more}; the best trial came late, {place}, so more trials are likely to help"]
+    other_fold = "another fold or other grasps: `tatamu plans` draws the folds in which hands lift the whole garment"
+    return [*lines, f"{more}; but the best trial came early, {place}", other_fold]
 
 
 def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:

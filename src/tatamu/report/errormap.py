@@ -15,14 +15,6 @@ from tatamu.show.palette import SCALE
 from tatamu.show.raster import rasterise
 from tatamu.study.result import Result
 
-CELLS = 45_000
-"""Approximate number of cells (pixels) of a map of errors."""
-HIDDEN = 0.02
-"""Largest fraction of a map's cells in which one layer of cloth may be hidden under another.
-
-If more cells are hidden, each layer gets its own map.
-"""
-
 
 def largest(errors: np.ndarray) -> float:
     """Return the largest value on the colour scale for the errors e_i [m]: their 99th percentile, rounded up.
@@ -38,12 +30,12 @@ def largest(errors: np.ndarray) -> float:
 def maps(fold: Result) -> list[Chart]:
     """Return a map of the errors on the flat cloth.
 
-    If much of the lower layer is hidden, return a map of each layer instead.
+    If more than 2 % of the cells hide the lower layer, return a map of each layer instead.
     """
     area = extent(fold.start, margin=0.012)
     upper, lower = (_seen(fold, area, sign) for sign in (1.0, -1.0))
     both = (upper[0] >= 0) & (lower[0] >= 0)
-    apart = float((upper[0] != lower[0])[both].mean()) > HIDDEN
+    apart = float((upper[0] != lower[0])[both].mean()) > 0.02
     layers = [("Upper layer", upper[1]), ("Lower layer, seen through the upper", lower[1])]
     chosen = layers if apart else [("The flat cloth", upper[1])]
     return [Chart(name, _plot(fold, area, values)) for name, values in chosen]
@@ -55,7 +47,8 @@ def _seen(fold: Result, area: Extent, sign: float) -> tuple[np.ndarray, np.ndarr
     The cloth is seen from above if `sign` is 1, and from below if `sign` is -1. The error in a cell is interpolated
     from the errors e_i of the triangle's corners. The error e_i is the distance between vertex i and its target.
     """
-    view = area.view(round(np.sqrt(CELLS * area.size[0] / area.size[1])))
+    cells = 45_000  # about
+    view = area.view(round(np.sqrt(cells * area.size[0] / area.size[1])))
     projected = view.project(fold.start) * [1.0, 1.0, sign]
     visible = rasterise(projected, fold.faces, view.shape)
     values = np.full(view.shape, np.nan)
@@ -68,7 +61,7 @@ def _plot(fold: Result, area: Extent, values: np.ndarray) -> Plot:
     step = 1e3 * area.size / [width, height]
     heat = {
         "type": "heatmap",
-        "z": _plain(values[::-1]),
+        "z": [[None if value != value else value for value in row] for row in values[::-1].round(2).tolist()],
         "x0": round(float(1e3 * area.low[0] + step[0] / 2), 3),
         "dx": round(float(step[0]), 4),
         "y0": round(float(1e3 * area.low[1] + step[1] / 2), 3),
@@ -91,10 +84,6 @@ def _plot(fold: Result, area: Extent, values: np.ndarray) -> Plot:
         yaxis=axis("y [mm]", showgrid=False, scaleanchor="x", scaleratio=1, constrain="domain"),
         shapes=_crease(fold),
     )
-
-
-def _plain(values: np.ndarray) -> list[list[float | None]]:
-    return [[None if value != value else value for value in row] for row in values.round(2).tolist()]
 
 
 def _grasps(fold: Result) -> list[dict[str, Any]]:

@@ -20,12 +20,6 @@ from tatamu.simulation.mesh.topology import Topology, areas
 
 SEAM = "accent"
 OPENING = "warm"
-TALL = 760
-"""Height of the drawing [pixels]."""
-MARGIN = 0.22
-"""Margin around the garment, as a fraction of its longer side."""
-ALONG = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)
-"""Positions along a fold line at which its arrow may be drawn, as fractions of the line, from the best to the worst."""
 
 
 @dataclass(frozen=True)
@@ -46,15 +40,14 @@ class FoldMark:
 def diagram(garment: Garment, folds: Sequence[FoldMark] = ()) -> Drawing:
     """Draw a garment with the marks of folds."""
     plan = garment.vertices[:, :2]
-    low = plan.min(axis=0)
-    high = plan.max(axis=0)
-    margin = MARGIN * float((high - low).max())
-    low = low - margin
-    high = high + margin
+    low, high = plan.min(axis=0), plan.max(axis=0)
+    margin = 0.22 * float((high - low).max())
+    low, high = low - margin, high + margin
     words = f"{garment.name} from above, {len(garment.vertices)} vertices in {garment.layers} layers"
-    drawing = Drawing(low, high, TALL / float(high[0] - low[0]), FROM_ABOVE, words=words)
+    tall = 760  # [pixels]
+    drawing = Drawing(low, high, tall / float(high[0] - low[0]), FROM_ABOVE, words=words)
     drawing.add(*_cloth(garment), *_edges(garment))
-    shown = [replace(fold, line=_within(fold.line, plan.min(axis=0), plan.max(axis=0))) for fold in folds]
+    shown = [replace(fold, line=_within(fold.line, plan)) for fold in folds]
     for fold in shown:
         _draw_fold(drawing, fold, margin, [other for other in shown if other is not fold])
     drawing.shapes.sort(key=lambda shape: isinstance(shape, Label))  # draws names last, over all lines
@@ -103,9 +96,9 @@ def _edges(garment: Garment) -> list[Shape]:
     return shapes
 
 
-def _within(line: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the part of a fold line over the garment, whose bounds are given; a plan's line may reach far beyond."""
-    part = shapely.clip_by_rect(shapely.LineString(line), *low, *high)
+def _within(line: np.ndarray, plan: np.ndarray) -> np.ndarray:
+    """Return the part of a fold line over the garment; a plan's line may reach far beyond."""
+    part = shapely.clip_by_rect(shapely.LineString(line), *plan.min(axis=0), *plan.max(axis=0))
     return line if part.is_empty else shapely.get_coordinates(part)[[0, -1]]
 
 
@@ -113,10 +106,8 @@ def _draw_fold(drawing: Drawing, fold: FoldMark, margin: float, others: Sequence
     """Draw the fold line, an arrow over it, and the grasp candidates."""
     start, end = fold.line
     along = (end - start) / np.linalg.norm(end - start)
-    arm = 0.35 * margin
-    head = 0.12 * margin
-    arrow = _arrow(fold, arm, shapely.MultiLineString([other.line for other in others]), 2.0 * head)
-    reach = 0.7 * margin
+    head, reach = 0.12 * margin, 0.7 * margin
+    arrow = _arrow(fold, 0.35 * margin, shapely.MultiLineString([other.line for other in others]), 2.0 * head)
     drawing.line([start - reach * along, end + reach * along], "target", 2.0, dash=8.0)
     drawing.arrow(arrow, "target", 2.0, head=head)
     drawing.label(end + reach * along, fold.name, "target", -fold.towards)
@@ -131,15 +122,15 @@ def _arrow(fold: FoldMark, arm: float, others: shapely.Geometry, clear: float) -
     """
     start, end = fold.line
     arms = np.outer([-arm, arm], fold.towards)
-    arrows = [start + part * (end - start) + arms for part in ALONG]
+    parts = (0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8)  # from the best to the worst
+    arrows = [start + part * (end - start) + arms for part in parts]
     free = (arrow for arrow in arrows if others.is_empty or others.distance(shapely.LineString(arrow)) >= clear)
     return next(free, arrows[0])
 
 
 def _draw_scale(drawing: Drawing) -> None:
     """Draw a scale bar of ten centimetres in one corner, and the axes in another corner."""
-    low = drawing.low
-    high = drawing.high
+    low, high = drawing.low, drawing.high
     gap = 0.06 * float(high[0] - low[0])
     drawing.ruler([low[0] + gap, high[1] - gap - 0.1])
     corner = np.array([low[0] + gap, low[1] + 1.6 * gap])
@@ -185,14 +176,8 @@ def page(garment: Garment, folds: Sequence[FoldMark] = ()) -> str:
 
 def _named_edges(garment: Garment) -> list[tuple[str, str, str, str]]:
     """Return the name of each edge, whether it is open or sewn, its length and its number of vertices."""
-    plan = garment.vertices[:, :2]
-    lengths = {name: np.linalg.norm(np.diff(plan[path], axis=0), axis=1).sum() for name, path in garment.edges.items()}
-    return [
-        (
-            name,
-            "open" if name in garment.openings else "sewn",
-            number(length, "mm", ".0f"),
-            str(len(garment.edges[name])),
-        )
-        for name, length in lengths.items()
-    ]
+    rows = []
+    for name, path in garment.edges.items():
+        length = np.linalg.norm(np.diff(garment.vertices[path, :2], axis=0), axis=1).sum()
+        rows.append((name, "open" if name in garment.openings else "sewn", number(length, "mm", ".0f"), str(len(path))))
+    return rows

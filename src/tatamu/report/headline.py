@@ -16,7 +16,6 @@ GAUGE = (0.0005, 0.08)
 
 The scale of the gauge is logarithmic.
 """
-TILES = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend", "trajectory_length")
 
 
 def title(fold: Result) -> str:
@@ -98,4 +97,5 @@ def events(fold: Result) -> list[tuple[float, str]]:
 def tiles() -> list[Measure]:
     """Return the most important measures of a fold, which the page shows in large type."""
     chosen = {measure.key: measure for measure in MEASURES}
-    return [chosen[key] for key in TILES]
+    keys = ("mean_vertex_distance", "mask_iou", "area_error", "slip", "residual_bend", "trajectory_length")
+    return [chosen[key] for key in keys]

@@ -9,8 +9,6 @@ import numpy as np
 
 from tatamu.show.chart import Chart, Plot, axis, line, note, traces
 
-BINS = 40
-
 
 def along(moments: list[tuple[str, np.ndarray]]) -> list[Chart]:
     """Return one histogram for each moment of the search. All histograms have the same axis of errors.
@@ -43,10 +41,7 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
         "x": middles.round(4).tolist(),
         "y": counts.tolist(),
         "width": round(width * 1e3, 6),
-        "marker": {
-            "color": ["@plot" if middle <= beyond else "@warm" for middle in middles],
-            "line": {"width": 0},
-        },
+        "marker": {"color": ["@plot" if middle <= beyond else "@warm" for middle in middles], "line": {"width": 0}},
         "hovertemplate": f"%{{y}} vertices<br>%{{x:.3~g}} ± {width * 500:.2g} mm<extra></extra>",
     }
     top = float(counts.max()) * 1.12
@@ -68,8 +63,8 @@ def histogram(errors: np.ndarray, width: float, end: float | None = None) -> Plo
 
 
 def bin_width(largest: float) -> float:
-    """Return a round bin width [m], so that a histogram has about `BINS` bins from zero to `largest` [m]."""
-    rough = max(largest, 1e-6) / BINS
+    """Return a round bin width [m], so that a histogram has about 40 bins from zero to `largest` [m]."""
+    rough = max(largest, 1e-6) / 40
     power = 10.0 ** np.floor(np.log10(rough))
     return float(power * min((1, 2, 2.5, 5, 10), key=lambda step: abs(np.log(step * power / rough))))
 

@@ -5,12 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tatamu.folding.score import Limits, Score
-from tatamu.show.quantity import number
-
-DE_GUSSEME = "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702"
-BIFOLD = "BiFold 2025"
-FOLDBACK = "FoldBack 2026"
-GARCIA = "Garcia-Camacho et al. 2020"
+from tatamu.show.quantity import Quantity, number
 
 GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
 """Pairs of a limit [m] and a grade. A fold gets the first grade whose limit is above the fold's mean vertex distance.
@@ -18,10 +13,9 @@ GRADES = ((0.002, "near perfect"), (0.005, "good"), (0.020, "fair"))
 If the distance is not below the last limit, the grade is `FAILED`.
 """
 FAILED = "failed"
-LIMITS = Limits()
-SUCCESS = LIMITS.mean_vertex_distance
+SUCCESS = Limits().mean_vertex_distance
 """Largest mean vertex distance of a successful fold [m]."""
-OVERLAP = LIMITS.mask_iou
+OVERLAP = Limits().mask_iou
 """Smallest overlap of a successful fold with its target, seen from above (intersection over union)."""
 AREA = 2.77
 """Largest area error of a fold that passes [%]. It is the lowest area error of other methods in publications."""
@@ -80,10 +74,7 @@ class Measure:
 
         The result is None if there is no threshold or no value.
         """
-        value = self.value(score)
-        if value is None or (self.most is None and self.least is None):
-            return None
-        return (self.most is None or value <= self.most) and (self.least is None or value >= self.least)
+        return Quantity(self.title, self.value(score), minimum=self.least, maximum=self.most).passes
 
 
 MEASURES = (
@@ -96,7 +87,7 @@ MEASURES = (
         "below {:g} near perfect, to {:g} good, above {:g} failed; ".format(*(1e3 * end for end, _ in GRADES))
         + f"below {1e3 * SUCCESS:g} success",
         f"success below {1e3 * SUCCESS:g} mm",
-        f"{DE_GUSSEME}; success: {BIFOLD}",
+        "De Gusseme and wyffels 2022, Front. Neurorobot. 16:989702; success: BiFold 2025",
         most=SUCCESS,
     ),
     Measure(
@@ -117,7 +108,7 @@ MEASURES = (
         "overlap of the two top views, intersection over union",
         f"at least {OVERLAP:.2f}",
         f"success from {OVERLAP:.2f}",
-        FOLDBACK,
+        "FoldBack 2026",
         least=OVERLAP,
     ),
     Measure(
@@ -128,17 +119,12 @@ MEASURES = (
         "folded area against what the fold should leave (half, for a fold in half)",
         f"{AREA:g} reached",
         f"others reach {AREA:g} %",
-        GARCIA,
+        "Garcia-Camacho et al. 2020",
         most=AREA,
     ),
     Measure("slip", "Slip", "mm", 1, "how far the part that should lie still moved"),
     Measure(
-        "residual_bend",
-        "Residual bend",
-        "mm",
-        1,
-        "largest e<sub>i</sub> beyond μ + 1.28 σ",
-        source="the paper, Fig. 2",
+        "residual_bend", "Residual bend", "mm", 1, "largest e<sub>i</sub> beyond μ + 1.28 σ", source="the paper, Fig. 2"
     ),
     Measure(
         "trajectory_length",

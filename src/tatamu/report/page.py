@@ -13,7 +13,7 @@ from tatamu.report.conclusion import of_fold
 from tatamu.report.measures import MEASURES, SUCCESS
 from tatamu.report.replay import replay
 from tatamu.show.chart import Chart
-from tatamu.show.page import Charts, render
+from tatamu.show.page import render
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -28,18 +28,31 @@ def write_report(fold: Result, file: Path | None = None) -> Path:
     Raises:
         InputError: If the file cannot be written, or the fold has no folder and no file is given.
     """
-    if file is None and fold.folder is None:
-        raise InputError("file: must be given, because the result has no folder")
-    out = file or ResultFolder(Path(fold.folder or "")).report_file
+    out = file_of(fold.folder, file)
     write_text(out, page(fold))
     return out
 
 
+def file_of(folder: Path | None, file: Path | None) -> Path:
+    """Return the file of a page: the given one, or else `report.html` in the folder of the result."""
+    if file is None and folder is None:
+        raise InputError("file: must be given, because the result has no folder")
+    return file or ResultFolder(Path(folder or "")).report_file
+
+
 def page(fold: Result) -> str:
     """Return the page of a learned fold as HTML. The same fold always gives the same bytes."""
+    own = histogram.histogram(fold.errors, histogram.bin_width(float(fold.errors.max())))
     return render(
         "report/page.html",
-        charts=_charts(fold),
+        charts={
+            "map": errormap.maps(fold),
+            "own": [Chart("Errors at their own scale", own)],
+            "moment": histogram.along(fold.moments),
+            "objective": [Chart("Best so far", search.objective(fold.record))],
+            "distance": [Chart("Each trial’s error", search.distance(fold.record))],
+            "paths": [Chart("Hands in the plane of the fold", paths.plot(fold), kind="tall")],
+        },
         replay=replay(fold, errormap.largest(fold.errors)),
         version=fold.record.tatamu or __version__,
         title=headline.title(fold),
@@ -68,15 +81,3 @@ def page(fold: Result) -> str:
         learn_command=command.learn(fold),
         simulate_command=command.simulate(fold),
     )
-
-
-def _charts(fold: Result) -> Charts:
-    own = histogram.histogram(fold.errors, histogram.bin_width(float(fold.errors.max())))
-    return {
-        "map": errormap.maps(fold),
-        "own": [Chart("Errors at their own scale", own)],
-        "moment": histogram.along(fold.moments),
-        "objective": [Chart("Best so far", search.objective(fold.record))],
-        "distance": [Chart("Each trial’s error", search.distance(fold.record))],
-        "paths": [Chart("Hands in the plane of the fold", paths.plot(fold), kind="tall")],
-    }

@@ -9,23 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from tatamu.base.errors import InputError
 from tatamu.base.files import write_text
 from tatamu.report import command, topview
 from tatamu.report.conclusion import of_plan
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
 from tatamu.report.measures import grade
+from tatamu.report.page import file_of
 from tatamu.report.replay import hands
 from tatamu.show.page import render
 from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout
-from tatamu.study.folder import ResultFolder
 from tatamu.study.plan import PlanResult
 from tatamu.study.result import Result
-
-LIFT = 0.10
-"""Height by which the hands rise in the replay between a release and the next grasp [m]."""
 
 
 def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
@@ -38,9 +34,7 @@ def write_plan_report(whole: PlanResult, file: Path | None = None) -> Path:
     Raises:
         InputError: If the file cannot be written, or the plan has no folder and no file is given.
     """
-    if file is None and whole.folder is None:
-        raise InputError("file: must be given, because the result has no folder")
-    out = file or ResultFolder(Path(whole.folder or "")).report_file
+    out = file_of(whole.folder, file)
     write_text(out, page(whole))
     return out
 
@@ -58,7 +52,8 @@ def page(whole: PlanResult) -> str:
         replay=replay_data(rollout, folds[0].scene, _hands(folds, rollout), scale),
         title=f"{spelled(plan.garment)}, {plan.fold}{_count(folds)}",
         verdict=grade(final.mean_vertex_distance),
-        events=_events(rollout),
+        # marks under the replay's time slider, as fractions of the whole time: the start of each step
+        events=[(float(start / rollout.times[-1]), str(n)) for n, start in enumerate(rollout.extra["step_starts"], 1)],
         result=result,
         final=final,
         conclusion=of_plan(result, [fold.record for fold in folds]),
@@ -79,23 +74,17 @@ def _count(folds: list[Result]) -> str:
     return f" in {count} folds" if count == len(folds) else f", the first {len(folds)} of {count} folds"
 
 
-def _events(rollout: Rollout) -> list[tuple[float, str]]:
-    """Return the marks under the replay's time slider: the start of each step, as a fraction of the whole time."""
-    places = rollout.extra["step_starts"] / rollout.times[-1]
-    return [(float(place), str(number)) for number, place in enumerate(places, start=1)]
-
-
 def _hands(folds: list[Result], rollout: Rollout) -> list[HandTrack]:
     """Return the motion of each hand through all steps. While the cloth settles, a hand moves to its next grasp."""
     starts = rollout.extra["step_starts"]
     found = []
     for number, colour in enumerate(HAND_COLOURS):
-        parts = [_hand(fold, number) for fold in folds]
+        parts = [dict(enumerate(hands(fold))).get(number) for fold in folds]
         known = [part for part in parts if part is not None]
         if not known:
             continue
         paths = [
-            _onwards(part, fold, _next(parts[at + 1 :])) if part is not None else None
+            _onwards(part, fold, parts[at + 1 :]) if part is not None else None
             for at, (part, fold) in enumerate(zip(parts, folds, strict=True))
         ]
         holds = [
@@ -108,25 +97,17 @@ def _hands(folds: list[Result], rollout: Rollout) -> list[HandTrack]:
     return found
 
 
-def _hand(fold: Result, number: int) -> HandTrack | None:
-    known = hands(fold)
-    return known[number] if number < len(known) else None
-
-
-def _next(parts: list[HandTrack | None]) -> np.ndarray | None:
-    """Return the position of a hand's next grasp [m], shape (3,); None if the hand does not grasp again."""
-    return next((part.path[0] for part in parts if part is not None), None)
-
-
-def _onwards(part: HandTrack, fold: Result, goal: np.ndarray | None) -> np.ndarray:
-    """Return the path of a hand in a step [m], shape (f, 3). After the hand opens, it moves to its next grasp."""
+def _onwards(part: HandTrack, fold: Result, later: list[HandTrack | None]) -> np.ndarray:
+    """Return the path of a hand in a step [m], shape (f, 3). After it opens, it rises and moves to its next grasp."""
     opens = part.holds[-1][1]
+    goal = next((each.path[0] for each in later if each is not None), None)
     if goal is None or opens is None:
         return part.path
     times = fold.rollout.times
     share = np.clip((times - opens) / max(times[-1] - opens, 1e-9), 0.0, 1.0)
+    lift = 0.10
     smooth = (share * share * (3.0 - 2.0 * share))[:, None]
-    return part.path + smooth * (goal - part.path[-1]) + np.sin(np.pi * smooth) * [0.0, 0.0, LIFT]
+    return part.path + smooth * (goal - part.path[-1]) + np.sin(np.pi * smooth) * [0.0, 0.0, lift]
 
 
 def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarray:
@@ -138,11 +119,7 @@ def joined_path(paths: list[np.ndarray | None], folds: list[Result]) -> np.ndarr
     for path, fold in zip(paths, folds, strict=True):
         frames = len(fold.rollout.times)
         if path is None:
-            waits = joined[-1][-1] if joined else _next_start(paths)
+            waits = joined[-1][-1] if joined else next(each[0] for each in paths if each is not None)
             path = np.tile(waits, (frames, 1))
         joined.append(path[1:] if joined else path)
     return np.concatenate(joined)
-
-
-def _next_start(paths: list[np.ndarray | None]) -> np.ndarray:
-    return next(path[0] for path in paths if path is not None)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.report.measures import GRADES
-from tatamu.show.chart import Plot, axis, line, note, traces
+from tatamu.show.chart import Plot, axis, dots, line, note, traces
 from tatamu.study.record import ResultRecord
 from tatamu.study.trial import Trial
 
@@ -19,10 +19,17 @@ def objective(result: ResultRecord) -> Plot:
     values = [trial.minimised for trial in done]
     top = max(values) + 0.08 * (max(values) - min(values) or 1.0)
     least = result.best_trial.minimised
+    best = np.minimum.accumulate(values).tolist()
     return traces(
         [
             *_both(done, values, "C = %{y:.4f}"),
-            _steps(result),
+            {
+                "x": [*(trial.number for trial in done), *(trial.number for trial in result.trials[-1:] if done)],
+                "y": [*best, *best[-1:]],
+                "mode": "lines",
+                "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
+                "hovertemplate": "best so far %{y:.4f}<extra></extra>",
+            },
             _failed(result.trials, top),
             _star(result.best_trial.number, least, "C = %{y:.4f}"),
         ],
@@ -30,20 +37,6 @@ def objective(result: ResultRecord) -> Plot:
         yaxis=axis("objective C" if result.disturbances is None else "C, with penalties"),
         hovermode="closest",
     )
-
-
-def _steps(result: ResultRecord) -> dict[str, Any]:
-    """Return a line of the chart: the best value so far."""
-    done = [trial for trial in result.trials if trial.state == "complete" and trial.objective is not None]
-    best = np.minimum.accumulate([trial.minimised for trial in done]).tolist()
-    numbers = [trial.number for trial in done]
-    return {
-        "x": [*numbers, *(trial.number for trial in result.trials[-1:] if numbers)],
-        "y": [*best, *best[-1:]],
-        "mode": "lines",
-        "line": {"color": "@plot", "width": 2.5, "shape": "hv"},
-        "hovertemplate": "best so far %{y:.4f}<extra></extra>",
-    }
 
 
 def distance(result: ResultRecord) -> Plot:
@@ -89,11 +82,17 @@ def _trials(result: ResultRecord) -> dict[str, Any]:
 
 def _both(trials: list[Trial], values: list[float], text: str) -> list[dict[str, Any]]:
     """Return filled dots, and hollow dots for trials that failed in a scenario."""
-    failures = [_failure(trial) for trial in trials]
+    shown: dict[str, list[tuple[int, float]]] = {}
+    for trial, value in zip(trials, values, strict=True):
+        shown.setdefault(_failure(trial), []).append((trial.number, value))
     plots = []
-    for kind in sorted(set(failures), reverse=True):
-        here = [(t.number, v) for t, v, each in zip(trials, values, failures, strict=True) if each == kind]
-        plots.append(_dots(here, text, kind))
+    for kind in sorted(shown, reverse=True):
+        numbers, heights = zip(*shown[kind], strict=True)
+        words = f"trial %{{x}}<br>{text}{kind and '<br>' + kind}"
+        if kind:
+            plots.append(dots(numbers, heights, words, symbol="circle-open", size=6.5, color="@muted", opacity=0.8))
+        else:
+            plots.append(dots(numbers, heights, words, symbol="circle", size=6.5, color="@plot", opacity=0.5))
     return plots
 
 
@@ -104,40 +103,20 @@ def _failure(trial: Trial) -> str:
     return f"failed in a scenario, after {tried.succeeded} successes" if failed and tried else ""
 
 
-def _dots(places: list[tuple[int, float]], text: str, failure: str) -> dict[str, Any]:
-    """Return the dots of trials, each at its number and value; hollow if a `failure` is named."""
-    return {
-        "x": [number for number, _ in places],
-        "y": [value for _, value in places],
-        "mode": "markers",
-        "marker": {
-            "symbol": "circle-open" if failure else "circle",
-            "size": 6.5,
-            "color": "@muted" if failure else "@plot",
-            "opacity": 0.8 if failure else 0.5,
-        },
-        "hovertemplate": f"trial %{{x}}<br>{text}{failure and '<br>' + failure}<extra></extra>",
-    }
-
-
 def _star(number: int, value: float, text: str) -> dict[str, Any]:
-    return {
-        "x": [number],
-        "y": [value],
-        "mode": "markers",
-        "marker": {"size": 13, "color": "@accent", "line": {"color": "@card", "width": 2}},
-        "hovertemplate": f"best: trial %{{x}}<br>{text}<extra></extra>",
-    }
+    edge = {"color": "@card", "width": 2}
+    return dots([number], [value], f"best: trial %{{x}}<br>{text}", size=13, color="@accent", line=edge)
 
 
 def _failed(trials: list[Trial], height: float) -> dict[str, Any]:
     """Return crosses for failed trials along the upper edge of the chart, because a failed trial has no value."""
     failed = [trial for trial in trials if trial.state == "failed"]
-    return {
-        "x": [trial.number for trial in failed],
-        "y": [height] * len(failed),
-        "text": [html.escape(trial.error or "no reason given") for trial in failed],
-        "mode": "markers",
-        "marker": {"symbol": "x-thin", "size": 7, "line": {"color": "@muted", "width": 1.5}},
-        "hovertemplate": "trial %{x} failed: %{text}<extra></extra>",
-    }
+    return dots(
+        [trial.number for trial in failed],
+        [height] * len(failed),
+        "trial %{x} failed: %{text}",
+        text=[html.escape(trial.error or "no reason given") for trial in failed],
+        symbol="x-thin",
+        size=7,
+        line={"color": "@muted", "width": 1.5},
+    )

@@ -11,8 +11,7 @@ from tatamu.show.image import save_png
 from tatamu.show.palette import LEFT, RIGHT, SOLID, TABLE, rgb
 from tatamu.show.raster import View
 from tatamu.show.shading import SUN, PaintedMesh, cloth, see, shade, shrink, to_pixels
-from tatamu.show.solids import moving
-from tatamu.show.tube import tube
+from tatamu.show.solids import moving, tube
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.study.result import Result
@@ -46,10 +45,11 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
     """
     paths = [fold.hand(arm) for arm in fold.arms]
     body = cloth(fold.final, fold.faces, fold.start, fold.lower)
-    flight = cloth(fold.rollout.positions[_highest(paths[0])], fold.faces, fold.start, fold.lower)
+    flight = cloth(fold.rollout.positions[np.argmax(paths[0][:, 2])], fold.faces, fold.start, fold.lower)
     view = _eye(np.vstack([fold.final, flight.points, *paths]))
     sun = _Sun([body], np.vstack([fold.final, *paths]))
-    image = _table(view, sun, _height(fold))
+    lowest = float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
+    image = _table(view, sun, lowest)
     depth = np.full(view.shape, -np.inf)
     _paint(image, depth, view, body, sun, 1.0)
     for solid in _solids(fold.scene, fold.rollout.times[-1]):
@@ -84,19 +84,6 @@ def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
         return []
     light = rgb(SOLID)
     return [PaintedMesh(mesh[0][0], mesh[1], np.tile(light, (len(mesh[1]), 1)), light)]
-
-
-def _highest(path: np.ndarray) -> int:
-    """Return the number of the frame in which a hand is highest, from the hand's path."""
-    return int(np.argmax(path[:, 2]))
-
-
-def _height(fold: Result) -> float:
-    """Return the height of the table in the picture [m].
-
-    It is half a thickness of the cloth below the lowest vertex at the start.
-    """
-    return float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
 
 
 def _eye(points: np.ndarray) -> View:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from tatamu.folding.score import Score
 from tatamu.report.measures import grade
 from tatamu.show.material import properties
+from tatamu.show.quantity import number
 from tatamu.study.result import Result
 
 Facts = list[tuple[str, str]]
@@ -44,54 +43,37 @@ def measures(fold: Result) -> list[Column]:
 def parameters(fold: Result) -> Facts:
     """Return the parameters that the search chose for the fold, Eq. (9)."""
     given = fold.record.best_trial.parameters
+    small = {"1": "₁", "2": "₂"}
     lengths = [
-        (f"{name[0]}{'₁₂'[int(name[1]) - 1]} of P{'₁₂'[int(name[1]) - 1]}", f"{1e3 * given[name]:.1f} mm")
-        for name in ("x1", "z1", "x2", "z2")
-        if name in given
+        (f"{axis}{small[n]} of P{small[n]}", f"{1e3 * given[axis + n]:.1f} mm")
+        for axis, n in ("x1", "z1", "x2", "z2")
+        if axis + n in given
     ]
     count = fold.record.task.candidates
     of = f" of {count}" if count else ""
     # The paper searches the grasps g1 and g2 as continuous numbers, and rounds these numbers down.
-    grasps = [
-        (f"g{'₁₂'[k]}, {hand} grasp", f"{int(given[name])}{of}")
-        for k, (name, hand) in enumerate((("g1", "left"), ("g2", "right")))
-        if name in given
-    ]
+    hands = {"g1": "left", "g2": "right"}
+    grasps = [(f"g{small[g[1]]}, {hands[g]} grasp", f"{int(given[g])}{of}") for g in hands if g in given]
     return [*lengths, *grasps]
 
 
 def control_points(fold: Result) -> list[tuple[str, str, list[str]]]:
     """Return the name, the grasp and the control points [mm] of each hand."""
-    return [
-        (
-            arm.name,
-            f"vertex {arm.grasp.vertex}" + (f", holds {len(arm.grasp.patch)}" if arm.grasp.patch else ""),
-            [_place(point) for point in arm.control_points],
-        )
-        for arm in fold.arms
-    ]
-
-
-def _place(point: np.ndarray) -> str:
-    return ", ".join(f"{1e3 * value:.0f}".replace("-", "−") for value in point)
+    rows: list[tuple[str, str, list[str]]] = []
+    for arm in fold.arms:
+        grasp = f"vertex {arm.grasp.vertex}" + (f", holds {len(arm.grasp.patch)}" if arm.grasp.patch else "")
+        places = [", ".join(number(value, "mm", ".0f") for value in point) for point in arm.control_points]
+        rows.append((arm.name, grasp, places))
+    return rows
 
 
 def timing(fold: Result) -> Facts:
     """Return the times of the fold at which the hands close, start to move, arrive and open."""
-    known = {
-        "closes": "hands close",
-        "starts": "hands start",
-        "arrives": "hands arrive",
-        "opens": "hands open",
-        "ends": "rollout ends",
-        "top_speed": "top speed",
-    }
+    known = {f"{verb}s": f"hands {verb}" for verb in ("close", "start", "arrive", "open")}
+    known |= {"ends": "rollout ends", "top_speed": "top speed"}
     given = fold.description.timing_values
-    return [
-        (word, f"{given[name]:.3g} {'m/s' if name == 'top_speed' else 's'}")
-        for name, word in known.items()
-        if name in given
-    ]
+    units = {"top_speed": "m/s"}
+    return [(word, f"{given[name]:.3g} {units.get(name, 's')}") for name, word in known.items() if name in given]
 
 
 def material(fold: Result) -> Facts:

@@ -7,8 +7,8 @@ They know scenes and rollouts, but not learned folds, calibrations or robot plan
 - `progress` is the bar of every long command.
 - `chart` makes 2-D charts as plain Plotly data, in the colours of the page.
 - `drawing` makes drawings to scale, as SVG and as PNG. It uses `projection` and `canvas`.
-- `replay` makes the data of the replay, which `packing` compresses. The replay's viewer is in `scripts/`.
-- `raster`, `shading`, `tube` and `image` make pictures of cloth without a browser.
+- `replay` makes the data of the replay, whose viewer is in `scripts/`.
+- `raster`, `shading`, `solids` and `image` make pictures of cloth without a browser.
 - `palette` defines every colour in light and dark mode.
 
 The pages are in the rooms whose results they show, each as a `page.py` and a `page.html`.

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from tatamu.base.curves import arc_lengths
+from tatamu.show.image import encoded
 from tatamu.show.palette import day
 from tatamu.show.projection import Projection
 from tatamu.show.shapes import FONT, Box, Dot, Label, Polyline, Segments, Shape
@@ -24,9 +25,7 @@ def paint(projection: Projection, shapes: Sequence[Shape], background: str) -> b
     canvas = ImageDraw.Draw(image)
     for shape in shapes:
         _paint(canvas, projection, shape, ground)
-    buffer = io.BytesIO()
-    image.reduce(FINER).save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
+    return encoded(image.reduce(FINER))
 
 
 def _paint(canvas: Any, projection: Projection, shape: Shape, ground: str) -> None:
@@ -60,7 +59,7 @@ def _dashes(path: np.ndarray, length: float) -> Iterable[np.ndarray]:
     """Cut a polyline into dashes and gaps of a given length; with 0, it stays whole."""
     if not length:
         return [path]
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    arc = arc_lengths(path)
     starts = np.arange(0.0, arc[-1], 2 * length)
     return [_part(path, arc, start, min(start + length, arc[-1])) for start in starts]
 

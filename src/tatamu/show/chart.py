@@ -20,11 +20,6 @@ Plot = dict[str, Any]
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 LEGEND = {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom", "font": {"color": "@ink"}}
 """Layout of a chart's legend: above the plot, because beside it a phone has no space."""
-TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
-"""Labels, times powers of ten, on a logarithmic axis that spans less than one power of ten."""
-FEW_TICKS = (1.0, 2.0, 5.0)
-"""Labels, times powers of ten, on a logarithmic axis that spans one to two."""
-
 FOREIGN_TAG = re.compile(r"<(?!/?(?:b|br|extra|i|sub|sup)>)")
 """Start of a tag that the charts of tatamu do not use, such as a link in a name from a file."""
 
@@ -43,18 +38,31 @@ class Chart:
 
 
 def traces(data: Sequence[dict[str, Any]], **more: Any) -> Plot:
-    """Return a plot of Plotly traces with the standard layout; values that are not finite become gaps."""
-    return {"data": [_with_gaps(trace) for trace in data], "layout": layout(**more)}
+    """Return a plot of Plotly traces with the standard layout: transparent, without a title.
+
+    Values that are not finite become gaps.
+    """
+    layout = {
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"family": FONT, "size": 12.5, "color": "@muted"},
+        "margin": {"l": 52, "r": 14, "t": 16, "b": 44},
+        "hoverlabel": {"font": {"family": FONT}},
+        "showlegend": False,
+        "legend": LEGEND,
+        "dragmode": False,
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@muted", "activecolor": "@ink"},
+    }
+    return {"data": [_with_gaps(trace) for trace in data], "layout": {**layout, **more}}
 
 
 def _with_gaps(trace: dict[str, Any]) -> dict[str, Any]:
     """Return a trace with None for values that are not finite, which JSON cannot store."""
-    shown = {name: [_finite(value) for value in trace[name]] for name in trace if name in {"x", "y"}}
-    return {**trace, **shown}
 
+    def finite(value: Any) -> Any:
+        return None if isinstance(value, float) and not isfinite(value) else value
 
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not isfinite(value) else value
+    return {**trace, **{name: [finite(value) for value in trace[name]] for name in ("x", "y") if name in trace}}
 
 
 def harmless(value: Any) -> Any:
@@ -94,25 +102,26 @@ def log_axis(title: str, low: float, high: float) -> dict[str, Any]:
     ticks: dict[str, Any] = {}
     if high < 100.0 * low:
         powers = 10.0 ** np.arange(np.floor(np.log10(low)), np.log10(high))
-        values = np.outer(powers, TICKS if high < 10.0 * low else FEW_TICKS).ravel().tolist()
+        digits = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0) if high < 10.0 * low else (1.0, 2.0, 5.0)
+        values = np.outer(powers, digits).ravel().tolist()
         ticks = {"tickvals": values, "ticktext": [f"{value:g}" for value in values]}
     return axis(title, type="log", range=np.log10([low, high]).tolist(), **ticks)
 
 
-def layout(**more: Any) -> dict[str, Any]:
-    """Return the standard layout of a figure: transparent, without a title, and in the font of the page."""
-    return {
-        "paper_bgcolor": "rgba(0,0,0,0)",
-        "plot_bgcolor": "rgba(0,0,0,0)",
-        "font": {"family": FONT, "size": 12.5, "color": "@muted"},
-        "margin": {"l": 52, "r": 14, "t": 16, "b": 44},
-        "hoverlabel": {"font": {"family": FONT}},
-        "showlegend": False,
-        "legend": LEGEND,
-        "dragmode": False,
-        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "@muted", "activecolor": "@ink"},
-        **more,
-    }
+def dots(
+    x: Iterable[Any],
+    y: Iterable[Any],
+    hover: str,
+    *,
+    name: str | None = None,
+    text: Iterable[str] | None = None,
+    **marker: Any,
+) -> dict[str, Any]:
+    """Return dots as a trace. `hover` may contain %{x}, %{y} and %{text}; the other arguments are of the marker."""
+    named = {} if name is None else {"name": name}
+    said = {} if text is None else {"text": list(text)}
+    shown = {"mode": "markers", "marker": marker, "hovertemplate": f"{hover}<extra></extra>"}
+    return {**named, "x": list(x), "y": list(y), **said, **shown}
 
 
 def note(x: float, y: float, text: str, **more: Any) -> dict[str, Any]:

@@ -39,8 +39,7 @@ class Drawing(Projection):
     @classmethod
     def around(cls, points: np.ndarray, width: float, height: float, *, margin: float = 34.0) -> Drawing:
         """Return an empty drawing of width x height [pixels] and a margin, into which points [m], shape (n, 2), fit."""
-        low = points.min(axis=0)
-        high = points.max(axis=0)
+        low, high = points.min(axis=0), points.max(axis=0)
         scale = float(min(np.array([width, height]) / np.maximum(high - low, 1e-9)))
         return cls(low, high, scale, margin=margin)
 

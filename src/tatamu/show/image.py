@@ -9,17 +9,19 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tatamu.base.files import MIB, read_bytes, replacing
+from tatamu.base.files import MIB, read_bytes, write_bytes
 
-MAX_BYTES = 16 * MIB
-"""Largest size of a picture file that is stored in a page [bytes]."""
+
+def encoded(image: Image.Image) -> bytes:
+    """Return an image as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG", optimize=True)
+    return buffer.getvalue()
 
 
 def png(pixels: np.ndarray) -> bytes:
-    """Return pixels with straight alpha, uint8 of shape (h, w, 4), as a PNG file."""
-    buffer = io.BytesIO()
-    Image.fromarray(pixels).save(buffer, "PNG", optimize=True)
-    return buffer.getvalue()
+    """Return pixels with straight alpha, uint8 of shape (h, w, 4), as the bytes of a PNG file."""
+    return encoded(Image.fromarray(pixels))
 
 
 def data_uri(pixels: np.ndarray) -> str:
@@ -29,11 +31,9 @@ def data_uri(pixels: np.ndarray) -> str:
 
 def jpeg_uri(path: Path) -> str:
     """Return the picture in a JPEG file as a data URI."""
-    return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, MAX_BYTES)).decode()
+    return "data:image/jpeg;base64," + base64.b64encode(read_bytes(path, largest=16 * MIB)).decode()
 
 
 def save_png(pixels: np.ndarray, path: Path) -> None:
     """Write a picture to a PNG file, at once or not at all."""
-    data = png(pixels)
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
+    write_bytes(path, png(pixels))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from hashlib import sha256
@@ -22,7 +23,6 @@ from markupsafe import Markup
 from tatamu.base.version import __version__
 from tatamu.show import palette
 from tatamu.show.chart import Chart, harmless
-from tatamu.show.packing import packed
 
 Charts = Mapping[str, Sequence[Chart]]
 """Groups of charts; those of the group `name` become the elements `name-0`, `name-1`, ... of the page."""
@@ -79,6 +79,11 @@ def _environment() -> Environment:
         version=__version__,
     )
     return environment
+
+
+def packed(data: bytes) -> str:
+    """Compress bytes (deflate) and encode them in base 64; packing.js decodes the result."""
+    return base64.b64encode(zlib.compress(data, 9)).decode()
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.show.packing import motion, packed
+from tatamu.show.page import packed
 from tatamu.show.solids import MovingMesh, moving, together
 from tatamu.simulation.mesh.topology import facing_down
 from tatamu.simulation.rollout import Rollout
@@ -78,6 +78,19 @@ def _packed(positions: np.ndarray, last: np.ndarray, faces: np.ndarray) -> dict[
         "positions": packed(motion(np.rint((shown - low) / step).astype(np.int64))),
         "faces": packed(np.ascontiguousarray(faces, dtype="<u4").tobytes()),
     }
+
+
+def motion(steps: np.ndarray) -> bytes:
+    """Return numbers that change smoothly from frame to frame as bytes that can be compressed well.
+
+    The numbers are whole, from 0 to 65535, shape (f, ..) for f frames. Stored is the difference from a straight line
+    through the two frames before, modulo 65536 and zigzag coded: first all low bytes, then all high bytes.
+    """
+    wide = np.zeros((len(steps) + 2, *steps.shape[1:]), dtype=np.int64)
+    wide[2:] = steps
+    off = (wide[2:] - 2 * wide[1:-1] + wide[:-2]).astype(np.int16)
+    folded = ((off << 1) ^ (off >> 15)).view(np.uint16).ravel()
+    return bytes((folded & 255).astype(np.uint8)) + bytes((folded >> 8).astype(np.uint8))
 
 
 def frames(count: int, vertices: int) -> np.ndarray:

@@ -61,25 +61,18 @@ def shade(view: View, mesh: PaintedMesh, visible: Visible, sunlit: np.ndarray | 
     normals /= np.maximum(np.sqrt(np.einsum("pk,pk->p", normals, normals)), 1e-12)[:, None]
     eye = view.towards_eye(visible.sample(mesh.points, mesh.faces))
     triangle = visible.covered[0]
-    facing = _facing(view, mesh)[triangle]
+    a, b, c = (mesh.points[mesh.faces[:, k]] for k in range(3))
+    outwards = np.cross(b - a, c - a)
+    facing = (np.einsum("mk,mk->m", outwards, view.towards_eye((a + b + c) / 3.0)) > 0)[triangle]
     normals = np.where((np.einsum("pk,pk->p", normals, eye) > 0)[:, None], normals, -normals)
     colour = np.where(facing[:, None], mesh.front[triangle], mesh.back)
     if mesh.flat is not None:
-        colour = colour * (1.0 - 0.13 * _threads(visible.sample(mesh.flat, mesh.faces)))[:, None]
+        squares = visible.sample(mesh.flat, mesh.faces) / 0.05
+        off = np.abs(squares - np.rint(squares)).min(axis=1) * 0.05
+        threads = np.clip(1.5 - off / 0.0008, 0.0, 1.0)  # 1 on a line, 0 between
+        colour = colour * (1.0 - 0.13 * threads)[:, None]
     sky = 0.44 + 0.16 * normals[:, 2]
     return colour * (sky + 0.55 * sunlit * np.maximum(normals @ SUN, 0.0))[:, None]
-
-
-def _threads(flat: np.ndarray) -> np.ndarray:
-    """Return the pattern of lines every 5 cm at points on the flat cloth [m], shape (p, 2): 1 on a line, 0 between."""
-    off = np.abs(flat / 0.05 - np.rint(flat / 0.05)).min(axis=1) * 0.05
-    return np.clip(1.5 - off / 0.0008, 0.0, 1.0)
-
-
-def _facing(view: View, mesh: PaintedMesh) -> np.ndarray:
-    """Return whether each triangle shows its front to the eye, shape (m,)."""
-    a, b, c = (mesh.points[mesh.faces[:, k]] for k in range(3))
-    return np.einsum("mk,mk->m", np.cross(b - a, c - a), view.towards_eye((a + b + c) / 3.0)) > 0
 
 
 def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> np.ndarray:
@@ -94,8 +87,7 @@ def occlusion(depth: np.ndarray, ground: float, radius: float, reach: float) -> 
 
 def shrink(image: np.ndarray, times: int) -> np.ndarray:
     """Reduce an image with premultiplied alpha by averaging blocks of `times` x `times` pixels, shape (h, w, 4)."""
-    height = image.shape[0] // times
-    width = image.shape[1] // times
+    height, width = image.shape[0] // times, image.shape[1] // times
     blocks = image[: height * times, : width * times].reshape(height, times, width, times, 4)
     return blocks.mean(axis=(1, 3))
 

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, validated, write_json
-from tatamu.base.locks import lock_folder
+from tatamu.base.files import lock_folder, read_json, validated, write_json
 from tatamu.evaluation.success import MarginsRecord
 from tatamu.folding.manipulation import Manipulation
 from tatamu.simulation.rollout import Rollout

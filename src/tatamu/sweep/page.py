@@ -10,7 +10,7 @@ from typing import Any
 
 from tatamu.base.files import write_text
 from tatamu.report.measures import SUCCESS, grade
-from tatamu.show.chart import Chart, Plot, axis, line, log_axis, rows, traces
+from tatamu.show.chart import Chart, axis, dots, line, log_axis, rows, traces
 from tatamu.show.page import render
 from tatamu.show.palette import SERIES
 from tatamu.show.quantity import number
@@ -18,16 +18,8 @@ from tatamu.show.table import Table
 from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 
-MIN_DISTANCE = 1e-5
-"""Smallest distance on the logarithmic axis of the chart [m].
-
-Smaller distances appear in the chart at this value.
-"""
 MAX_POINTS = 5000
 """Largest number of tasks in a chart. The table contains all tasks."""
-
-
-HEAD = ("task", "studies", "median [mm]", "worst [mm]", "median C", "median IoU", "succeed")
 
 
 def write_results(folder: SweepFolder, records: Sequence[TaskRecord]) -> Path:
@@ -47,17 +39,17 @@ def page(records: Sequence[TaskRecord]) -> str:
     apart = [name for name in names if name != "seed"]
     complete = [record for record in records if record.state == "complete"]
     groups = grouped(complete, apart)
-    charts = {"distance": [_distances(groups)], "pair": _pairs(complete)} if complete else {"distance": [], "pair": []}
+    head = ("task", "studies", "median [mm]", "worst [mm]", "median C", "median IoU", "succeed")
     return render(
         "sweep/page.html",
-        charts=charts if complete else None,
+        charts={"distance": [_distances(groups)], "pair": _pairs(complete)} if complete else None,
         title="Sweep",
         counted=counts(records),
         succeeded=sum((record.mean_vertex_distance or 1.0) < SUCCESS for record in complete),
         complete=len(complete),
         success=f"{1e3 * SUCCESS:g} mm",
         failed=Table(("task", "error"), [(each.name, each.error or "") for each in records if each.state == "failed"]),
-        groups=Table(HEAD, [(name or "all", *_summary(group)) for name, group in groups.items()]),
+        groups=Table(head, [(name or "all", *_summary(group)) for name, group in groups.items()]),
         names=names,
         rows=[(record, [_shown(record.options.get(name)) for name in names], _cells(record)) for record in records],
     )
@@ -92,18 +84,19 @@ def _summary(group: Sequence[TaskRecord]) -> list[str]:
 def _distances(groups: dict[str, list[TaskRecord]]) -> Chart:
     """Return a chart of the mean vertex distances, with a row for each group and a dot for each task."""
     shown = [(name, record) for name, group in groups.items() for record in group][:MAX_POINTS][::-1]
-    values = [1e3 * max(record.mean_vertex_distance or MIN_DISTANCE, MIN_DISTANCE) for _, record in shown]
-    dots = {
-        "x": [round(value, 4) for value in values],
-        "y": [_short(name) for name, _ in shown],
-        "text": [record.name for _, record in shown],
-        "mode": "markers",
-        "marker": {"size": 9, "color": "@plot", "opacity": 0.7},
-        "hovertemplate": "%{text}<br>%{x:.2f} mm<extra></extra>",
-    }
+    values = [_distance(record) for _, record in shown]
+    drawn = dots(
+        [round(value, 4) for value in values],
+        [_short(name) for name, _ in shown],
+        "%{text}<br>%{x:.2f} mm",
+        text=[record.name for _, record in shown],
+        size=9,
+        color="@plot",
+        opacity=0.7,
+    )
     low, high = 0.8 * min([*values, 1e3 * SUCCESS]), 1.25 * max([*values, 1e3 * SUCCESS])
     plot = traces(
-        [dots],
+        [drawn],
         xaxis=log_axis("mean vertex distance [mm]", low, high),
         **rows(groups),
         shapes=[line("x", 1e3 * SUCCESS)],
@@ -118,9 +111,15 @@ def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
     if not both:
         return []
     garments = list(dict.fromkeys(str(record.options.get("garment")) for record in both))
-    data = [_cloud(garment, number, both) for number, garment in enumerate(garments)]
-    distances = [1e3 * max(record.mean_vertex_distance or MIN_DISTANCE, MIN_DISTANCE) for record in both]
-    plot: Plot = traces(
+    data = []
+    for place, garment in enumerate(garments):
+        own = [record for record in both if str(record.options.get("garment")) == garment]
+        lengths, heights = [each.trajectory_length for each in own], [round(_distance(each), 4) for each in own]
+        named, colour = [record.name for record in own], f"@series-{place % SERIES}"
+        hover = "%{text}<br>%{x:.3f} m, %{y:.2f} mm"
+        data.append(dots(lengths, heights, hover, name=garment, text=named, size=8, color=colour))
+    distances = [_distance(record) for record in both]
+    plot = traces(
         data,
         xaxis=axis("l_x: length of a hand's path [m]"),
         yaxis=log_axis("mean vertex distance [mm]", 0.8 * min(distances), 1.25 * max(distances)),
@@ -129,17 +128,9 @@ def _pairs(records: Sequence[TaskRecord]) -> list[Chart]:
     return [Chart("Path against distance", plot, "what the objective weighs against each other")]
 
 
-def _cloud(garment: str, number: int, records: Sequence[TaskRecord]) -> dict[str, Any]:
-    own = [record for record in records if str(record.options.get("garment")) == garment]
-    return {
-        "name": garment,
-        "x": [record.trajectory_length for record in own],
-        "y": [round(1e3 * max(record.mean_vertex_distance or MIN_DISTANCE, MIN_DISTANCE), 4) for record in own],
-        "text": [record.name for record in own],
-        "mode": "markers",
-        "marker": {"size": 8, "color": f"@series-{number % SERIES}"},
-        "hovertemplate": "%{text}<br>%{x:.3f} m, %{y:.2f} mm<extra></extra>",
-    }
+def _distance(record: TaskRecord) -> float:
+    """Return the distance of a task on a logarithmic axis [mm]; smaller ones appear at 0.01 mm."""
+    return 1e3 * max(record.mean_vertex_distance or 0.0, 1e-5)
 
 
 def _cells(record: TaskRecord) -> list[tuple[str, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,6 +17,8 @@ from tatamu.study.record import PlanRecord, ResultRecord
 
 NAME = r"^[A-Za-z0-9][\w.-]{0,99}$"
 """Names that a task's folder may have."""
+OF_BOTH = ("mean_vertex_distance", "mask_iou", "area_error")
+"""Measures of single folds and of plans."""
 State = Literal["waiting", "running", "complete", "failed"]
 
 
@@ -56,26 +57,14 @@ class SweepRecord(OpenRecord):
     tasks: list[TaskRecord] = Field(default_factory=list)
 
 
-@dataclass(frozen=True)
 class SweepFolder:
-    """The folder of a sweep."""
+    """The folder of a sweep, in `path`, with its record, its table and its page."""
 
-    path: Path
-
-    @property
-    def file(self) -> Path:
-        """Path of `sweep.json`."""
-        return self.path / "sweep.json"
-
-    @property
-    def table_file(self) -> Path:
-        """Path of `sweep.parquet`."""
-        return self.path / "sweep.parquet"
-
-    @property
-    def page_file(self) -> Path:
-        """Path of `sweep.html`."""
-        return self.path / "sweep.html"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.file = path / "sweep.json"
+        self.table_file = path / "sweep.parquet"
+        self.page_file = path / "sweep.html"
 
     def of_task(self, name: str) -> Path:
         """Return the result folder of a task."""
@@ -121,9 +110,9 @@ def holds_task(record: TaskRecord, folder: Path, trials: int) -> bool:
 
 
 def _of_fold(result: ResultRecord) -> dict[str, Any]:
-    names = ("objective", "trajectory_length", "mean_vertex_distance", "mask_iou", "area_error")
+    best = result.best_score
     return {
-        **{name: getattr(result.best_score, name) for name in names},
+        **{name: getattr(best, name) for name in ("objective", "trajectory_length", *OF_BOTH)},
         "trials": len(result.trials),
         "failed_trials": sum(trial.state == "failed" for trial in result.trials),
         "crossings": result.crossings.final if result.crossings else None,
@@ -132,11 +121,8 @@ def _of_fold(result: ResultRecord) -> dict[str, Any]:
 
 
 def _of_plan(result: PlanRecord) -> dict[str, Any]:
-    final = result.final
     return {
-        "mean_vertex_distance": final.mean_vertex_distance,
-        "mask_iou": final.mask_iou,
-        "area_error": final.area_error,
+        **{name: getattr(result.final, name) for name in OF_BOTH},
         "trials": sum(step.trials for step in result.steps),
         "crossings": result.steps[-1].crossings.final,
         "seconds": result.wall_seconds,

@@ -9,7 +9,7 @@ from threading import Event, Lock
 from typing import Any
 
 from tatamu.base.errors import TatamuError, UnavailableError
-from tatamu.base.locks import lock_folder
+from tatamu.base.files import lock_folder
 from tatamu.sweep.description import SweepTask
 from tatamu.sweep.records import SweepFolder, TaskRecord, completed, holds_task
 

@@ -15,21 +15,8 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import replacing
 from tatamu.sweep.records import TaskRecord
 
-MEASURES = (
-    "trials",
-    "failed_trials",
-    "objective",
-    "trajectory_length",
-    "mean_vertex_distance",
-    "mask_iou",
-    "area_error",
-    "crossings",
-    "seconds",
-)
-WHOLE = ("trials", "failed_trials", "crossings")
-"""Columns of the table whose numbers are whole numbers."""
-SHOWN = 24
-"""Largest number of rows in the table on the terminal."""
+MEASURES = [name for name in TaskRecord.model_fields if name not in ("name", "options", "state", "error")]
+"""Fields of a task's record that are numbers."""
 
 
 def check_parquet() -> None:
@@ -50,15 +37,14 @@ def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:
     import pyarrow
     import pyarrow.parquet
 
-    columns: dict[str, Any] = {
-        "name": pyarrow.array([record.name for record in records], pyarrow.string()),
-        "state": pyarrow.array([record.state for record in records], pyarrow.string()),
-        "error": pyarrow.array([record.error for record in records], pyarrow.string()),
-    }
+    columns: dict[str, Any] = {}
+    for name in ("name", "state", "error"):
+        columns[name] = pyarrow.array([getattr(record, name) for record in records], pyarrow.string())
     for name in option_names(records):
         columns[f"option.{name}"] = pyarrow.array(_plain([record.options.get(name) for record in records]))
     for name in MEASURES:
-        kind = pyarrow.int64() if name in WHOLE else pyarrow.float64()
+        whole = name in ("trials", "failed_trials", "crossings")
+        kind = pyarrow.int64() if whole else pyarrow.float64()
         columns[name] = pyarrow.array([getattr(record, name) for record in records], kind)
     with replacing(path) as temporary:
         pyarrow.parquet.write_table(pyarrow.table(columns), temporary)
@@ -119,7 +105,7 @@ class LiveTable:
             out.add_column(name, overflow="fold")
         recent = [self._records[name] for name in self._latest]
         ordered = sorted(recent, key=lambda record: record.state != "running")
-        for record in ordered[:SHOWN]:
+        for record in ordered[:24]:
             out.add_row(record.name, record.state, said(record) or self._progress.get(record.name, ""))
         return out
 

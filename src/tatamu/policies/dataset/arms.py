@@ -16,20 +16,17 @@ from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.records import OpenRecord
 from tatamu.folding.manipulation import Manipulation
 from tatamu.policies.dataset.specification import RobotDraw
-from tatamu.policies.envs.demonstration import Led
+from tatamu.policies.envs.motion import Led
 from tatamu.robots import load
 from tatamu.robots.chain import Chain
 from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
-from tatamu.robots.model import Robot, state_names
+from tatamu.robots.model import Robot
 from tatamu.robots.pairs import DISTANCES
 from tatamu.robots.paths import follow, tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement, Refused
 from tatamu.robots.pose import out_of, pose
 from tatamu.robots.reach import best_placements, search, table_heights
-
-ROUNDS = 4
-"""Largest number of times that a motion is slowed down because a joint is too fast."""
 
 
 class OutOfReachError(TatamuError):
@@ -96,11 +93,6 @@ class Arms:
         grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))
         return cls(robot, Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds), grips)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the numbers that make up a state or an action of the robot."""
-        return state_names(self.robot)
-
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
         """Return the robot's states before the first step and after each step, float32, shape (steps + 1, k).
 
@@ -115,7 +107,7 @@ class Arms:
         Raises:
             OutOfReachError: If an arm cannot reach the path, would touch something, or is too slow.
         """
-        for _ in range(ROUNDS):
+        for _ in range(4):
             led = lead(largest)
             q = self._reach(np.concatenate([start[None], led.places]))
             speed, _ = self.robot.planned()
@@ -132,21 +124,26 @@ class Arms:
         Args:
             numbers: States or actions, shape (n, k).
         """
-        left, right = (len(arm.joints) for arm in self.robot.arms)
+        left, right = self._grippers
         angles = numbers.astype(float)
         trunk = angles[:, -1] if self.robot.trunk else 0.0
-        q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : left + 1 + right]], trunk)
+        q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : right]], trunk)
         X_BF = self.placement.matrix
         offsets = np.array([offset for _, offset in self._tools])[:, None]
         points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
-        return points.transpose(1, 0, 2), numbers[:, [left, left + 1 + right]] < 0.5
+        return points.transpose(1, 0, 2), numbers[:, [left, right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
         """Return a copy of a state with open grippers, shape (k,)."""
-        left, right = (len(arm.joints) for arm in self.robot.arms)
         found = state.copy()
-        found[[left, left + 1 + right]] = 1.0
+        found[self._grippers] = 1.0
         return found
+
+    @property
+    def _grippers(self) -> list[int]:
+        """Indices of the grippers in a state: each comes after the joints of its arm."""
+        left, right = (len(arm.joints) for arm in self.robot.arms)
+        return [left, left + 1 + right]
 
     @cached_property
     def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -11,10 +11,12 @@ import numpy as np
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.score import MEASURES
 from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
-from tatamu.policies.dataset.arms import Arms, Stand
+from tatamu.policies.dataset.arms import Stand
 from tatamu.policies.dataset.episode import Episode
 from tatamu.policies.dataset.record import EpisodeRecord
 from tatamu.policies.dataset.specification import DatasetSpecification
+from tatamu.robots import load
+from tatamu.robots.model import state_names
 
 FLOATING = "tatamu_hands"
 """LeRobot's type of robot for floating hands."""
@@ -40,7 +42,7 @@ def start_writer(
         states = [f"{hand}_{axis}" for hand in hands for axis in ("x.pos", "y.pos", "z.pos", "gripper.pos")]
         actions = [f"{hand}_{axis}" for hand in hands for axis in ("x.move", "y.move", "z.move", "gripper.close")]
     else:
-        states = actions = [*Arms.at(stand).names]
+        states = actions = [*state_names(load(stand.robot))]
     features: dict[str, Feature] = {"observation.state": vector(states), "action": vector(actions)}
     if key_points is not None:
         names = [f"key_point_{number}.{axis}" for number in range(key_points) for axis in "xyz"]

@@ -24,32 +24,12 @@ class Uniform(Record):
             raise ValueError(f"high must not be below low, given {self.high:g} and {self.low:g}")
         return self
 
-    def draw(self, generator: np.random.Generator) -> float:
-        """Draw a random number."""
-        return float(generator.uniform(self.low, self.high))
-
-    @property
-    def highest(self) -> float:
-        """The largest number that may be drawn."""
-        return self.high
-
 
 class Normal(Record):
     """A normally distributed random number. A number more than two standard deviations from the mean is drawn again."""
 
     mean: Number
     deviation: Annotated[Number, Field(ge=0.0)]
-
-    def draw(self, generator: np.random.Generator) -> float:
-        """Draw a random number."""
-        while abs(deviations := generator.standard_normal()) > 2.0:
-            pass
-        return float(self.mean + self.deviation * deviations)
-
-    @property
-    def highest(self) -> float:
-        """The largest number that may be drawn."""
-        return self.mean + 2.0 * self.deviation
 
 
 def _distribution(given: Any) -> float | list[float] | Uniform | Normal:
@@ -64,13 +44,10 @@ def _distribution(given: Any) -> float | list[float] | Uniform | Normal:
             if set(given) & set(kind.model_fields):
                 return kind.model_validate(given)
     numbers = given if isinstance(given, list) else [given]
-    if not numbers or not all(_is_number(each) for each in numbers):
+    plain = [isinstance(each, int | float) and not isinstance(each, bool) and math.isfinite(each) for each in numbers]
+    if not numbers or not all(plain):
         raise ValueError(f"must be a number, a list of numbers, {{low, high}} or {{mean, deviation}}, given {given!r}")
     return [float(each) for each in given] if isinstance(given, list) else float(given)
-
-
-def _is_number(given: Any) -> bool:
-    return isinstance(given, int | float) and not isinstance(given, bool) and math.isfinite(given)
 
 
 def _names(given: Any) -> str | list[str]:
@@ -96,8 +73,12 @@ Names = Annotated[str | list[str], PlainValidator(_names)]
 
 def draw(distribution: Distribution, generator: np.random.Generator) -> float:
     """Draw a random number. A fixed number is returned unchanged."""
-    if isinstance(distribution, Uniform | Normal):
-        return distribution.draw(generator)
+    if isinstance(distribution, Uniform):
+        return float(generator.uniform(distribution.low, distribution.high))
+    if isinstance(distribution, Normal):
+        while abs(deviations := generator.standard_normal()) > 2.0:
+            pass
+        return float(distribution.mean + distribution.deviation * deviations)
     if isinstance(distribution, list):
         return distribution[int(generator.integers(len(distribution)))]
     return float(distribution)
@@ -105,8 +86,10 @@ def draw(distribution: Distribution, generator: np.random.Generator) -> float:
 
 def highest(distribution: Distribution) -> float:
     """Return the largest number that may be drawn from a distribution."""
-    if isinstance(distribution, Uniform | Normal):
-        return distribution.highest
+    if isinstance(distribution, Uniform):
+        return distribution.high
+    if isinstance(distribution, Normal):
+        return distribution.mean + 2.0 * distribution.deviation
     return max(distribution) if isinstance(distribution, list) else float(distribution)
 
 

@@ -10,33 +10,24 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError, SimulationError
-from tatamu.evaluation.disturbances import CHANNELS, NOMINAL, Disturbances, Stream, World, sample_worlds
-from tatamu.evaluation.disturbances.world import worlds_of
+from tatamu.evaluation.disturbances import Disturbances, Stream, sample_worlds
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.score import score
 from tatamu.folding.task import Task
 from tatamu.policies.dataset.arms import Arms, OutOfReachError, Stand
-from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.record import EpisodeRecord, fields_of
 from tatamu.policies.dataset.sources import DrawnFold, LearnedFold, draw_fold, parameters_of
 from tatamu.policies.dataset.specification import DatasetSpecification
-from tatamu.policies.dataset.subject import fields_of
-from tatamu.policies.envs.cameras import Camera, Studio
-from tatamu.policies.envs.demonstration import Led, actions_of, lead
+from tatamu.policies.envs.cameras import Studio
+from tatamu.policies.envs.episodes import draw_world
 from tatamu.policies.envs.hands import HandsEnv
+from tatamu.policies.envs.motion import Led, actions_of, lead
 from tatamu.search import Parameters
 from tatamu.simulation.simulators import named
 
-ATTEMPTS = 50
-"""Largest number of folds drawn until the robot can carry out one."""
 SECONDS = 120.0
 """Largest duration of an episode [s]."""
-THUMBNAILS = 24
-"""Number of episodes whose outcome the dataset's page shows, from the first."""
-SHOWN: Camera = "front"
-"""Camera of these pictures."""
-SHARP = 192
-"""Their height and width [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +79,8 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
     """
     specification = recorder.specification
     prepared = _prepare(recorder, number // specification.per_fold)
-    world = _world(recorder, number)
+    generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 1, number]))
+    world = draw_world(recorder.disturbances, generator)
     env = make_env(prepared.task, specification)
     first, _ = env.reset(options={"world": world.values})
     answers = play(env, prepared.actions, recorder.stand)
@@ -117,9 +109,9 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
         "final": final,
         "faces": task.garment.faces.astype(np.int32),
     }
-    if number < THUMBNAILS:
-        studio = Studio(task.fold.start, task.garment.faces, SHARP)
-        arrays["thumbnail"] = studio.picture(SHOWN, final)
+    if number < 24:  # the dataset's page shows the outcomes of the first episodes
+        studio = Studio(task.fold.start, task.garment.faces, pixels=192)
+        arrays["thumbnail"] = studio.picture("front", final)
     return Episode(_judged(record, recorder, prepared, env), arrays)
 
 
@@ -154,7 +146,8 @@ def play(
 def _prepare(recorder: Recorder, fold: int) -> _Prepared:
     """Draw folds until the arms can carry out one."""
     reason = ""
-    for attempt in range(ATTEMPTS):
+    attempts = 50
+    for attempt in range(attempts):
         drawn = draw_fold(recorder.specification, recorder.runs, fold, attempt)
         task = drawn.subject.make_task()
         parameters = parameters_of(drawn, task, recorder.specification.fold.spread)
@@ -164,7 +157,7 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
             reason = str(error)
     assert recorder.stand is not None
     raise InputError(
-        f"robot: {recorder.stand.robot} can do 0 of {ATTEMPTS} folds that were drawn; the last fold failed because "
+        f"robot: {recorder.stand.robot} can do 0 of {attempts} folds that were drawn; the last fold failed because "
         f"{reason}"
     )
 
@@ -193,13 +186,6 @@ def _arms(stand: str) -> Arms:
     return Arms.at(Stand.model_validate_json(stand))
 
 
-def _world(recorder: Recorder, number: int) -> World:
-    if recorder.disturbances is None:
-        return NOMINAL
-    generator = np.random.default_rng(np.random.SeedSequence([recorder.specification.seed, 1, number]))
-    return worlds_of(recorder.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
-
-
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:
     """Return the observations of all frames by their names in `Episode.arrays`."""
     stacked = {name: np.stack([each[name] for each in observations]) for name in observations[0]}
@@ -218,15 +204,11 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
         record = record.with_share(sum(each is not None and each.succeeds for each in found), len(found), "worlds")
     if outcome.simulator is None:
         return record
-    return record.model_copy(update=_second(outcome.simulator, prepared.task, env))
-
-
-def _second(simulator: str, task: Task, env: HandsEnv) -> dict[str, Any]:
+    second: dict[str, Any] = {"second_simulator": outcome.simulator, "second_success": False}
     try:
-        final = named(simulator).simulate(env.scene()).positions[-1]
+        final = named(outcome.simulator).simulate(env.scene()).positions[-1]
     except SimulationError:
-        return {"second_simulator": simulator, "second_success": False}
-    found = score(task.fold, 0.0, final)
-    distance = found.mean_vertex_distance
-    verdict = {"second_success": found.succeeds, "second_mean_vertex_distance": distance}
-    return {"second_simulator": simulator, **verdict}
+        return record.model_copy(update=second)
+    again = score(prepared.task.fold, 0.0, final)
+    second |= {"second_success": again.succeeds, "second_mean_vertex_distance": again.mean_vertex_distance}
+    return record.model_copy(update=second)

@@ -10,18 +10,16 @@ import json
 import os
 import shutil
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, read_npz, unwritable, validated, write_json, write_npz
-from tatamu.base.locks import lock_folder
+from tatamu.base.files import lock_folder, read_json, read_npz, validated, write_json, write_npz, writing
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
-from tatamu.lerobot.layout import PARTS
+from tatamu.lerobot.files import PARTS
 from tatamu.policies.dataset.arms import Stand
 from tatamu.policies.dataset.episode import Episode
 from tatamu.policies.dataset.record import EpisodeRecord
@@ -48,41 +46,27 @@ class DatasetRecord(OpenRecord):
     successes: int = 0
 
 
-@dataclass(frozen=True)
 class DatasetFolder:
-    """A folder that contains a dataset, or will."""
+    """A folder that contains a dataset, or will.
 
-    path: Path
+    Attributes:
+        path: The folder.
+        file: The record of the dataset.
+        table: A row for each episode.
+        states: The states in the format Zarr.
+        page: The page of the dataset.
+        building: Where finished files are written first.
+        started_file: The record of a dataset that is being recorded.
+    """
 
-    @property
-    def file(self) -> Path:
-        """The record of the dataset."""
-        return self.path / "dataset.json"
-
-    @property
-    def table(self) -> Path:
-        """A row for each episode."""
-        return self.path / "episodes.parquet"
-
-    @property
-    def states(self) -> Path:
-        """The states in the format Zarr."""
-        return self.path / "states.zarr"
-
-    @property
-    def page(self) -> Path:
-        """The page of the dataset."""
-        return self.path / "dataset.html"
-
-    @property
-    def building(self) -> Path:
-        """Where finished files are written first."""
-        return self.path / ".building"
-
-    @property
-    def started_file(self) -> Path:
-        """The record of a dataset that is being recorded."""
-        return self.path / ".episodes" / "started.json"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.file = path / "dataset.json"
+        self.table = path / "episodes.parquet"
+        self.states = path / "states.zarr"
+        self.page = path / "dataset.html"
+        self.building = path / ".building"
+        self.started_file = path / ".episodes" / "started.json"
 
     def episode_file(self, number: int) -> Path:
         """Return the file of a recorded episode."""
@@ -102,12 +86,9 @@ class DatasetFolder:
         if not self.path.is_dir():
             raise InputError(f"{self.path}: must be the folder of a dataset, but is not a folder")
         if not self.file.exists():
-            unfinished = self.started_file.exists()
-            why = (
-                "the dataset is unfinished; run the same `tatamu dataset` again"
-                if unfinished
-                else "has no dataset.json"
-            )
+            why = "has no dataset.json"
+            if self.started_file.exists():
+                why = "the dataset is unfinished; run the same `tatamu dataset` again"
             raise InputError(f"{self.path}: must be the folder of a dataset, but {why}")
         return _read_record(self.file)
 
@@ -127,22 +108,19 @@ class DatasetFolder:
         """
         known = [name for name in os.listdir(self.path) if name not in (LOCK, ".episodes", ".building")]
         if self.started_file.exists():
-            before = _read_record(self.started_file)
-            self._refuse_other(before, record)
+            self.refuse_other(record, _read_record(self.started_file))
         elif known:
             raise InputError(f"{self.path}: exists but is not a dataset; give another --out")
         else:
             write_json(self.started_file, record.model_dump(mode="json"))
 
-    def refuse_other(self, record: DatasetRecord) -> None:
-        """Raise an error if the finished dataset has another specification than this record.
+    def refuse_other(self, record: DatasetRecord, before: DatasetRecord | None = None) -> None:
+        """Raise an error if the dataset of `before`, or else the finished one, is not that of this record.
 
         Raises:
-            InputError: If the specifications differ.
+            InputError: If the specifications or the versions of an unfinished dataset differ.
         """
-        self._refuse_other(self.read(), record)
-
-    def _refuse_other(self, before: DatasetRecord, record: DatasetRecord) -> None:
+        before = before or self.read()
         if before.specification != record.specification:
             raise InputError(f"{self.path}: contains a dataset of another specification; give another --out")
         if before.tatamu != record.tatamu and not self.is_finished:
@@ -165,7 +143,7 @@ class DatasetFolder:
     def finish(self, record: DatasetRecord) -> None:
         """Move the finished files to their places, and remove the temporary ones."""
         write_json(self.building / self.file.name, record.model_dump(mode="json"))
-        try:
+        with writing(self.path):
             for name in FINISHED:
                 built = self.building / name
                 if built.exists():
@@ -173,8 +151,6 @@ class DatasetFolder:
                     os.rename(built, self.path / name)
             shutil.rmtree(self.building)
             shutil.rmtree(self.started_file.parent)
-        except OSError as error:
-            raise unwritable(self.path, error) from None
 
 
 def _remove(path: Path) -> None:

@@ -7,15 +7,14 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
 from tatamu.base.errors import UnavailableError
-from tatamu.base.files import unwritable, write_text
+from tatamu.base.extras import needed
+from tatamu.base.files import write_text, writing
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import load_disturbances
-from tatamu.lerobot.extras import needed
 from tatamu.lerobot.video import check_codec
 from tatamu.policies.dataset.arms import Stand, find_stand
 from tatamu.policies.dataset.demonstrations import add_demonstration, start_writer
@@ -26,7 +25,7 @@ from tatamu.policies.dataset.record import EpisodeRecord, with_shares
 from tatamu.policies.dataset.sources import LearnedFold, check_names, draw_fold, parameters_of, read_runs
 from tatamu.policies.dataset.specification import DatasetSpecification, read_specification
 from tatamu.policies.dataset.states import Extent, StateWriter, extend
-from tatamu.policies.dataset.table import TableWriter
+from tatamu.policies.dataset.table import row_of, write_table
 from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import require
 
@@ -76,9 +75,9 @@ def make_dataset(
 def _check(specification: DatasetSpecification) -> list[LearnedFold]:
     """Refuse what cannot be recorded before the first episode, and return the learned folds."""
     load_disturbances(specification.disturbances)
-    needed("pyarrow")
+    needed("pyarrow", "dataset")
     if "zarr" in specification.formats:
-        needed("zarr")
+        needed("zarr", "dataset")
     if specification.cameras:
         check_codec()
     if specification.outcome.simulator is not None:
@@ -127,52 +126,36 @@ def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progre
             future.cancel()
 
 
-@dataclass
-class _Overview:
-    """What must be known of all episodes before the first finished file is written."""
-
-    records: list[EpisodeRecord]
-    extents: dict[str, Extent]
-    key_points: set[int]
-    """The different numbers of key points."""
-
-    @classmethod
-    def of(cls, folder: DatasetFolder, count: int) -> _Overview:
-        found = cls([], {}, set())
-        for number in range(count):
-            episode = folder.kept(number)
-            found.records.append(episode.record)
-            found.key_points.add(episode.arrays["key_points"].shape[1])
-            extend(found.extents, episode)
-        return found
-
-
 def _write(recorder: Recorder, folder: DatasetFolder) -> None:
     """Write the finished files of the dataset from the stored episodes."""
     specification = recorder.specification
     building = folder.building
-    try:
+    with writing(building):
         shutil.rmtree(building, ignore_errors=True)
         building.mkdir(parents=True)
-    except OSError as error:
-        raise unwritable(building, error) from None
-    seen = _Overview.of(folder, specification.episodes)
-    records = with_shares(seen.records, recorder.disturbances is not None)
-    table = TableWriter()
-    pictures = []
+    plain: list[EpisodeRecord] = []
+    extents: dict[str, Extent] = {}
+    counts: set[int] = set()  # of key points
+    for number in range(specification.episodes):  # needed of all episodes before the first finished file is written
+        episode = folder.kept(number)
+        plain.append(episode.record)
+        counts.add(episode.arrays["key_points"].shape[1])
+        extend(extents, episode)
+    records = with_shares(plain, recorder.disturbances is not None)
+    rows, pictures = [], []
     states = demonstrations = None
     with ExitStack() as stack:
         if "zarr" in specification.formats:
             about = {"fps": specification.record.fps, "tatamu": __version__}
-            states = StateWriter(building / folder.states.name, len(records), seen.extents, about)
+            states = StateWriter(building / folder.states.name, len(records), extents, about)
         if "lerobot" in specification.formats:
-            key_points = seen.key_points.pop() if len(seen.key_points) == 1 else None
+            key_points = counts.pop() if len(counts) == 1 else None
             demonstrations = stack.enter_context(
                 start_writer(building / "lerobot", specification, recorder.stand, folder.kept(0), key_points)
             )
         for record in records:
             episode = Episode(record, folder.kept(record.episode).arrays)
-            table.add(record, episode.arrays["final"])
+            rows.append(row_of(record, episode.arrays["final"]))
             pictures += [episode.arrays["thumbnail"]] if "thumbnail" in episode.arrays else []
             if states is not None:
                 states.add(episode)
@@ -184,7 +167,7 @@ def _write(recorder: Recorder, folder: DatasetFolder) -> None:
         for part in demonstrations.root.iterdir():
             part.rename(building / part.name)
         demonstrations.root.rmdir()
-    table.write(building / folder.table.name)
+    write_table(building / folder.table.name, rows)
     about_all = DatasetRecord(
         specification=specification,
         stand=recorder.stand,

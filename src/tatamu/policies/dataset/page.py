@@ -13,7 +13,7 @@ from tatamu.folding.score import Limits, judged_distance
 from tatamu.policies.dataset.folder import DatasetRecord
 from tatamu.policies.dataset.record import EpisodeRecord
 from tatamu.report.measures import MEASURES, Measure
-from tatamu.show.chart import Chart, axis, line, log_axis, traces
+from tatamu.show.chart import Chart, axis, dots, line, log_axis, traces
 from tatamu.show.image import data_uri
 from tatamu.show.page import render
 from tatamu.show.quantity import NOTHING
@@ -21,8 +21,6 @@ from tatamu.show.table import Table
 
 MIN_DISTANCE = 1e-4
 """Smallest distance on a logarithmic axis [m]; smaller ones are shown at it."""
-MAX_POINTS = 5000
-"""Largest number of episodes in a chart."""
 
 
 def page(dataset: DatasetRecord, records: Sequence[EpisodeRecord], pictures: Sequence[np.ndarray]) -> str:
@@ -125,21 +123,23 @@ def _distances(records: Sequence[EpisodeRecord]) -> Chart:
 
 
 def _paths(records: Sequence[EpisodeRecord]) -> Chart:
+    shown = [(record, 1e3 * max(_distance(record), MIN_DISTANCE)) for record in records]
     clouds = []
     for succeeds, colour, name in ((True, "@plot", "succeeds"), (False, "@warm", "fails")):
-        own = [record for record in records[:MAX_POINTS] if record.success == succeeds]
-        clouds.append(
-            {
-                "name": name,
-                "x": [0.0 if record.score is None else round(record.score.trajectory_length, 4) for record in own],
-                "y": [round(1e3 * max(_distance(record), MIN_DISTANCE), 4) for record in own],
-                "text": [f"episode {record.episode}" for record in own],
-                "mode": "markers",
-                "marker": {"size": 6, "color": colour, "opacity": 0.7},
-                "hovertemplate": "%{text}<br>%{x:.3f} m, %{y:.2f} mm<extra></extra>",
-            }
+        own = [(record, height) for record, height in shown[:5000] if record.success == succeeds]
+        lengths = [0.0 if record.score is None else round(record.score.trajectory_length, 4) for record, _ in own]
+        drawn = dots(
+            lengths,
+            [round(height, 4) for _, height in own],
+            "%{text}<br>%{x:.3f} m, %{y:.2f} mm",
+            name=name,
+            text=[f"episode {record.episode}" for record, _ in own],
+            size=6,
+            color=colour,
+            opacity=0.7,
         )
-    values = [1e3 * max(_distance(record), MIN_DISTANCE) for record in records]
+        clouds.append(drawn)
+    values = [height for _, height in shown]
     plot = traces(
         clouds,
         xaxis=axis("l_x: length of a hand's path [m]"),

@@ -9,20 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.success import Success
 from tatamu.folding.parameters import arched_curve
 from tatamu.folding.task import Task
 from tatamu.policies.dataset.distribution import choose, draw
+from tatamu.policies.dataset.record import Subject, fields_of
 from tatamu.policies.dataset.specification import DatasetSpecification
-from tatamu.policies.dataset.subject import Subject, fields_of
 from tatamu.search import Parameters
 from tatamu.study.folder import ResultFolder
 from tatamu.study.inputs import kept_input
 from tatamu.study.result import Result
 from tatamu.sweep import SweepFolder
-
-MAX_RUNS = 10_000
-"""Largest number of learned folds in a dataset."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +52,8 @@ def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
         InputError: If a folder contains no learned fold, or is broken.
     """
     folders = [found for path in _folders(specification) for found in _steps(path)]
-    if len(folders) > MAX_RUNS:
-        raise InputError(f"fold: must name at most {MAX_RUNS} learned folds, given {len(folders)}")
+    if len(folders) > 10_000:
+        raise InputError(f"fold: must name at most 10000 learned folds, given {len(folders)}")
     return [_learned(folder) for folder in folders]
 
 
@@ -80,17 +76,9 @@ def draw_fold(
     name = choose(garment.name, generator)
     size = None
     if garment.width is not None and garment.length is not None:
-        size = [draw(garment.width, generator), draw(garment.length, generator)]
+        size = (draw(garment.width, generator), draw(garment.length, generator))
     material = None if garment.material is None else choose(garment.material, generator)
-    subject = Subject(
-        garment=name,
-        plan=choose(specification.fold.plan, generator),
-        size=size,
-        spacing=garment.spacing,
-        scale=garment.scale,
-        hands=specification.fold.hands,
-        material=material,
-    )
+    subject = _subject(specification, name, choose(specification.fold.plan, generator), material, size)
     return DrawnFold("drawn", subject, _unit(generator))
 
 
@@ -117,16 +105,17 @@ def check_names(specification: DatasetSpecification) -> None:
     for name in _listed(garment.name):
         for plan in _listed(specification.fold.plan):
             for material in materials:
-                largest_subject(specification, name, plan, material).make_task()
+                _subject(specification, name, plan, material, garment.largest).make_task()
 
 
-def largest_subject(specification: DatasetSpecification, garment: str, plan: str, material: str | None) -> Subject:
-    """Return the subject of the largest size that may be drawn."""
+def _subject(
+    specification: DatasetSpecification, garment: str, plan: str, material: str | None, size: tuple[float, float] | None
+) -> Subject:
     drawn = specification.drawn_garment
     return Subject(
         garment=garment,
         plan=plan,
-        size=None if drawn.largest is None else [*drawn.largest],
+        size=None if size is None else [*size],
         spacing=drawn.spacing,
         scale=drawn.scale,
         hands=specification.fold.hands,
@@ -182,6 +171,7 @@ def _learned(path: Path) -> LearnedFold:
 
 def _known(folder: ResultFolder, result: Result) -> tuple[int, int, str] | None:
     margins = folder.margins
-    rates: list[tuple[Success | None, str]] = [(margins.together if margins else None, "margins")]
-    rates += [(result.success, "study")]
-    return next(((rate.succeeded, rate.simulations, name) for rate, name in rates if rate is not None), None)
+    rate = margins.together if margins else None
+    source = "margins" if rate is not None else "study"
+    rate = rate or result.success
+    return None if rate is None else (rate.succeeded, rate.simulations, source)

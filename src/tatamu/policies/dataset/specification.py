@@ -34,10 +34,9 @@ class GarmentDraw(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for name, other in (("width", "length"), ("length", "width")):
-            given = getattr(self, name)
-            if given is not None and getattr(self, other) is None:
-                raise ValueError(f"{other} must be given with {name}")
+        if (self.width is None) != (self.length is None):
+            given, other = ("length", "width") if self.width is None else ("width", "length")
+            raise ValueError(f"{other} must be given with {given}")
         return self
 
     @property

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import foreign, unwritable
-from tatamu.lerobot.extras import needed
+from tatamu.base.extras import needed
+from tatamu.base.files import foreign, writing
 from tatamu.policies.dataset.episode import Episode
 
 SHARD = 16 << 20
@@ -36,17 +36,14 @@ class Extent:
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
 
-    def joined(self, array: np.ndarray) -> Extent:
-        """Return the extent that the array of another episode fits, too."""
-        return Extent(tuple(map(max, self.shape, array.shape)), self.dtype)
-
 
 def extend(extents: dict[str, Extent], episode: Episode) -> None:
     """Enlarge the extents of all arrays for another episode."""
     for name in (*PER_FRAME, "faces"):
         if name in episode.arrays:
             array = episode.arrays[name]
-            extents[name] = extents.get(name, Extent(array.shape, array.dtype)).joined(array)
+            known = extents.get(name, Extent(array.shape, array.dtype))
+            extents[name] = Extent(tuple(map(max, known.shape, array.shape)), known.dtype)
 
 
 class StateWriter:
@@ -64,35 +61,29 @@ class StateWriter:
         self._lengths: list[int] = []
         self._successes: list[bool] = []
         self._waiting: dict[str, list[np.ndarray]] = {name: [] for name in extents}
-        zarr = needed("zarr")
-        try:
+        zarr = needed("zarr", "dataset")
+        with writing(root):
             self._group = zarr.create_group(store=str(root), attributes=dict(about))
             self._arrays = {name: _create(self._group, name, count, extent) for name, extent in extents.items()}
-        except OSError as error:
-            raise unwritable(root, error) from None
 
     def add(self, episode: Episode) -> None:
         """Append an episode."""
         self._lengths.append(episode.record.frames)
         self._successes.append(episode.record.success)
         done = len(self._lengths)
-        try:
+        with writing(self._root):
             for name, array in self._arrays.items():
                 waiting = self._waiting[name]
                 waiting.append(_padded(episode.arrays[name], self._extents[name]))
                 if len(waiting) == array.shards[0] or done == self._count:
                     array[done - len(waiting) : done] = np.stack(waiting)
                     waiting.clear()
-        except OSError as error:
-            raise unwritable(self._root, error) from None
 
     def finish(self) -> None:
         """Write the length and the success of each episode."""
-        try:
+        with writing(self._root):
             self._group.create_array("length", data=np.array(self._lengths))
             self._group.create_array("success", data=np.array(self._successes))
-        except OSError as error:
-            raise unwritable(self._root, error) from None
 
 
 def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:
@@ -101,7 +92,7 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
     Raises:
         InputError: If there is no such array or episode, or the group is broken.
     """
-    zarr = needed("zarr")
+    zarr = needed("zarr", "dataset")
     with foreign(root, "a Zarr 3 group"):
         # the codecs of Zarr 2 can run code, and consolidated metadata can describe arrays of Zarr 2
         group = zarr.open_group(store=str(root), mode="r", zarr_format=3, use_consolidated=False)

@@ -3,44 +3,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import needed
 from tatamu.base.files import foreign, replacing, validated
-from tatamu.lerobot.extras import needed
+from tatamu.lerobot.files import table_of
 from tatamu.policies.dataset.demonstrations import columns_of
 from tatamu.policies.dataset.record import EpisodeRecord
 
 
-class TableWriter:
-    """A table of all episodes that is being written."""
+def row_of(record: EpisodeRecord, final: np.ndarray) -> dict[str, Any]:
+    """Return the row of an episode with the final positions [m], shape (n, 3)."""
+    kept = {"record": record.model_dump_json(), "final": final.ravel()}
+    return {"episode": record.episode, **columns_of(record), **kept}
 
-    def __init__(self) -> None:
-        self._rows: list[dict[str, Any]] = []
 
-    def add(self, record: EpisodeRecord, final: np.ndarray) -> None:
-        """Append an episode with its final positions [m], shape (n, 3)."""
-        kept = {"record": record.model_dump_json(), "final": final.ravel()}
-        self._rows.append({"episode": record.episode, **columns_of(record), **kept})
-
-    def write(self, path: Path) -> None:
-        """Write the table, as a whole or not at all."""
-        arrow = needed("pyarrow")
-        columns = {name: arrow.array([row[name] for row in self._rows]) for name in self._rows[0]}
-        whole = {name: each.cast("float64") if each.type == arrow.null() else each for name, each in columns.items()}
-        with replacing(path) as temporary, temporary.open("wb") as file:
-            needed("pyarrow.parquet").write_table(arrow.table(whole), file)
+def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write the table of all episodes, as a whole or not at all."""
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        needed("pyarrow.parquet", "dataset").write_table(table_of(rows), file)
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
     """Return the record of every episode in the table."""
     with foreign(path, "a table of episodes"):
-        texts: Sequence[str] = needed("pyarrow.parquet").read_table(path, columns=["record"])["record"].to_pylist()
-    return [_record(path, text) for text in texts]
+        table = needed("pyarrow.parquet", "dataset").read_table(path, columns=["record"])
+    return [_record(path, text) for text in table["record"].to_pylist()]
 
 
 def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
@@ -50,7 +43,7 @@ def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
         InputError: If the file is missing or broken, or there is no such episode.
     """
     with foreign(path, "a table of episodes"):
-        parquet = needed("pyarrow.parquet")
+        parquet = needed("pyarrow.parquet", "dataset")
         count = parquet.read_metadata(path).num_rows
         if not 0 <= episode < count:
             raise InputError(f"episode: must be from 0 to {count - 1}, given {episode}")

@@ -24,16 +24,11 @@ FOLD = "tatamu/Fold-v0"
 HANDS = "tatamu/Hands-v0"
 
 
-def _register() -> None:
-    """Register both environments, so that `gymnasium.make` and `gymnasium.make_vec` find them."""
-    for name, entry, vector in (
-        (FOLD, "tatamu.policies.envs.fold:FoldEnv", "tatamu.policies.envs.threads:vector_of_folds"),
-        (HANDS, "tatamu.policies.envs.hands:HandsEnv", "tatamu.policies.envs.threads:vector_of_hands"),
-    ):
-        if name not in gymnasium.registry:
-            gymnasium.register(id=name, entry_point=entry, vector_entry_point=vector)
-
-
-_register()
+for name, entry, vector in (  # so that `gymnasium.make` and `gymnasium.make_vec` find both environments
+    (FOLD, "tatamu.policies.envs.fold:FoldEnv", "tatamu.policies.envs.threads:vector_of_folds"),
+    (HANDS, "tatamu.policies.envs.hands:HandsEnv", "tatamu.policies.envs.threads:vector_of_hands"),
+):
+    if name not in gymnasium.registry:
+        gymnasium.register(id=name, entry_point=entry, vector_entry_point=vector)
 
 __all__ = ["CAMERAS", "FOLD", "HANDS", "OBSERVATIONS", "FoldEnv", "HandsEnv", "ThreadedVectorEnv"]

@@ -17,15 +17,10 @@ CAMERAS: tuple[Camera, ...] = get_args(Camera)
 """`top` looks straight down, the others from three sides at 45 degrees."""
 FROM = {"top": (180.0, 90.0), "front": (180.0, 45.0), "left": (90.0, 45.0), "right": (-90.0, 45.0)}
 """Direction to each camera: angle about z from +x, and above the table [degrees]. The hands start on the side of -x."""
-FAR = 3.0
-"""Distance of a camera, in radii of what it sees."""
-ROOM = 1.1
-"""Radius of what is seen, in radii of the flat cloth."""
 HAND = 0.02
 """Half the length of a hand, which is shown as an octahedron [m]."""
 CORNERS = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
 FACES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [1, 0, 5], [2, 1, 5], [3, 2, 5], [0, 3, 5]])
-COLOURS = (LEFT, RIGHT)
 
 
 class Studio:
@@ -40,12 +35,12 @@ class Studio:
             pixels: Height and width of a picture.
         """
         self.middle = (start.min(axis=0) + start.max(axis=0)) / 2
-        self.radius = ROOM * float(np.linalg.norm(start - self.middle, axis=1).max())
+        self.radius = 1.1 * float(np.linalg.norm(start - self.middle, axis=1).max())
         self.pixels = pixels
         self._start = start
         self._faces = faces
         outside = np.where(facing_down(start, faces)[:, None], rgb(REAR), rgb(FRONT))
-        self._colours = [outside, *(np.tile(rgb(colour), (len(FACES), 1)) for colour in COLOURS)]
+        self._colours = [outside, *(np.tile(rgb(colour), (len(FACES), 1)) for colour in (LEFT, RIGHT))]
         self._table = to_pixels(np.append(rgb(TABLE), 1.0)[None, None])[0, 0, :3]
 
     def picture(self, camera: Camera, points: np.ndarray, hands: np.ndarray | None = None) -> np.ndarray:
@@ -57,7 +52,7 @@ class Studio:
             hands: Positions of the hands [m], shape (k, 3); None to draw none.
         """
         mesh = self._mesh(points, np.empty((0, 3)) if hands is None else hands)
-        view = _view(self.middle, self.radius, self.pixels, *FROM[camera])
+        view = self._view(*np.radians(FROM[camera]))
         visible, _ = see(view, mesh)
         picture = np.broadcast_to(self._table, (*view.shape, 3)).copy()
         light = np.append(shade(view, mesh, visible), np.ones((len(visible.covered[0]), 1)), axis=1)
@@ -86,12 +81,10 @@ class Studio:
             np.concatenate([self._start[:, :2], unmarked]),
         )
 
-
-def _view(middle: np.ndarray, radius: float, pixels: int, angle: float, height: float) -> View:
-    """Return the view of a camera that shows a ball around `middle` [m], by the camera's angles [degrees]."""
-    turn, rise = np.radians([angle, height])
-    near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
-    right = np.array([-np.sin(turn), np.cos(turn), 0.0])
-    rotation = np.vstack([right, np.cross(near, right), near])
-    distance = np.inf if height == 90.0 else FAR * radius
-    return View(middle, rotation, pixels / (2.0 * radius), (pixels, pixels), distance)
+    def _view(self, turn: float, rise: float) -> View:
+        """Return the view from a direction [rad], which shows a ball around the cloth."""
+        near = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        right = np.array([-np.sin(turn), np.cos(turn), 0.0])
+        rotation = np.vstack([right, np.cross(near, right), near])
+        distance = np.inf if rise == np.radians(90.0) else 3.0 * self.radius
+        return View(self.middle, rotation, self.pixels / (2.0 * self.radius), (self.pixels, self.pixels), distance)

@@ -25,21 +25,22 @@ class Episodes:
     task: Task
     disturbances: Disturbances | None
 
-    @property
-    def fold(self) -> Fold:
-        """The fold of the task."""
-        return self.task.fold
-
     def draw(self, generator: np.random.Generator) -> World:
         """Draw the scenario of an episode."""
-        if self.disturbances is None:
-            return NOMINAL
-        return worlds_of(self.disturbances, [generator.standard_normal(len(CHANNELS))])[0]
+        return draw_world(self.disturbances, generator)
 
     def untouched(self, world: World) -> Scene:
         """Return the scene of a scenario without hands."""
-        touched = disturbed_scene(self.fold, self.task.manipulation(arched_curve(self.fold)), world)
+        fold = self.task.fold
+        touched = disturbed_scene(fold, self.task.manipulation(arched_curve(fold)), world)
         return touched.model_copy(update={"grippers": []})
+
+
+def draw_world(disturbances: Disturbances | None, generator: np.random.Generator) -> World:
+    """Draw a scenario; without disturbances, it is the nominal one."""
+    if disturbances is None:
+        return NOMINAL
+    return worlds_of(disturbances, [generator.standard_normal(len(CHANNELS))])[0]
 
 
 def make_episodes(

@@ -93,18 +93,17 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         given = np.asarray(action, dtype=float)
         if given.shape != (len(NAMES),) or not np.isfinite(given).all():
             raise InputError(f"action: must be {len(NAMES)} finite numbers, given {action}")
-        part = 0.5 * (np.clip(given, -1.0, 1.0) + 1.0)
-        bounds = self.task.space.bounds
-        ranges = {name: bounds[name].high - bounds[name].low for name in NAMES}
-        given_parts = zip(NAMES, part, strict=True)
-        return {name: bounds[name].nearest(bounds[name].low + each * ranges[name]) for name, each in given_parts}
+        parts = 0.5 * (np.clip(given, -1.0, 1.0) + 1.0)
+        bounds = [self.task.space.bounds[name] for name in NAMES]
+        values = [
+            each.nearest(each.low + part * (each.high - each.low)) for each, part in zip(bounds, parts, strict=True)
+        ]
+        return dict(zip(NAMES, values, strict=True))
 
     def action(self, parameters: Parameters) -> np.ndarray:
         """Return the action for parameters, shape (6,)."""
         self.task.space.check(parameters)
-        bounds = [self.task.space.bounds[name] for name in NAMES]
-        values = [parameters[name] for name in NAMES]
-        pairs = zip(bounds, values, strict=True)
+        pairs = [(self.task.space.bounds[name], parameters[name]) for name in NAMES]
         parts = [0.5 if each.single else (value - each.low) / (each.high - each.low) for each, value in pairs]
         return np.array(2.0 * np.array(parts) - 1.0, dtype=np.float32)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,11 +17,9 @@ from tatamu.folding.manipulation import HANDS
 from tatamu.folding.score import Limits, Score, score, vertex_distances
 from tatamu.folding.task import Task
 from tatamu.garments import Garment
-from tatamu.policies.envs.demonstration import follow
 from tatamu.policies.envs.episodes import hand_errors, make_episodes
-from tatamu.policies.envs.jaw import HandsOptions, Jaw
+from tatamu.policies.envs.motion import follow, scene_of_led
 from tatamu.policies.envs.observation import Observation, Observer, View
-from tatamu.policies.envs.record import scene_of_led
 from tatamu.search import Parameters
 from tatamu.simulation.material import Material
 from tatamu.simulation.native import HandTarget, Simulation
@@ -28,10 +27,78 @@ from tatamu.simulation.scene import Gripper, Scene
 
 RATE = 10
 """Default number of steps per second [1/s]."""
-MAX_RATE = 60
-"""Largest number of steps per second [1/s]."""
-NEVER = 1e6
-"""Time at which the scene's grippers close by themselves, after every episode [s]."""
+
+
+@dataclass(frozen=True)
+class HandsOptions:
+    """Limits of the hands, and conditions of success."""
+
+    speed: float = 0.6
+    """Largest speed along each axis [m/s], that of planned folds (De Gusseme and wyffels 2022)."""
+    reach: float = 0.012
+    """Distance within which closing jaws grasp vertices [m]; at least 0.6 times the spacing."""
+    beside: float = 0.25
+    """Largest distance beside the flat cloth [m]."""
+    highest: float = 0.6
+    """Largest height [m]."""
+    calm: float = 0.02
+    """Mean speed above which the cloth does not rest [m/s]."""
+    torn: float = -1.0
+    """Reward of a step in which the cloth tears or flies away, which ends the episode."""
+
+
+class Jaw:
+    """A hand during an episode.
+
+    Attributes:
+        place: Assumed position [m], shape (3,).
+        way: Length of its path so far [m].
+        held: Vertices that it holds.
+    """
+
+    def __init__(self, place: np.ndarray, error: np.ndarray, lowest: float) -> None:
+        """Start open.
+
+        Args:
+            place: Assumed position [m], shape (3,).
+            error: Error of it [m], shape (3,).
+            lowest: Height at which the hand touches the table [m].
+        """
+        self.place = np.array(place)
+        self.way = 0.0
+        self.held: tuple[int, ...] = ()
+        self._closed_at = self.place
+        self._error = error
+        self._lowest = lowest
+
+    @property
+    def actual(self) -> np.ndarray:
+        """Actual position [m], shape (3,). The table stops the hand."""
+        there = self.place + self._error
+        there[2] = max(there[2], self._lowest)
+        return np.asarray(there)
+
+    def lead(self, place: np.ndarray, close: bool, near: tuple[int, ...]) -> HandTarget | None:
+        """Open or close, then move, and return the target of the hand's gripper; None if it holds nothing throughout.
+
+        Args:
+            place: Next assumed position [m], shape (3,).
+            close: Whether to close.
+            near: Vertices that closing jaws grasp.
+        """
+        before = self.actual
+        self.way += float(np.linalg.norm(place - self.place))
+        self.place = place
+        if self.held and not close:
+            self.held = ()
+            return HandTarget(closed=False)
+        if self.held:
+            return HandTarget(self.actual - self._closed_at)
+        if not close or not near:
+            return None
+        self.held = near
+        self._closed_at = before
+        return HandTarget(self.actual - before, True, near)
 
 
 class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
@@ -78,8 +145,8 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """
         if reward not in ("dense", "sparse"):
             raise InputError(f"reward: must be dense or sparse, given {reward!r}")
-        if not (isinstance(rate, int) and 1 <= rate <= MAX_RATE):
-            raise InputError(f"rate: must be a whole number from 1 to {MAX_RATE}, given {rate}")
+        if not (isinstance(rate, int) and 1 <= rate <= 60):
+            raise InputError(f"rate: must be a whole number from 1 to 60, given {rate}")
         if not 1.0 / rate <= seconds <= 600.0:
             raise InputError(f"seconds: must be from {1.0 / rate:g} to 600, given {seconds}")
         self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
@@ -95,7 +162,9 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         self._observer = Observer(self.task.garment, start, observation, count, pixels)
         self.observation_space = self._observer.space
         self.action_space = spaces.Box(-1.0, 1.0, (4 * count,), np.float32)
+        self.largest = self.options.speed / rate  # motion of a hand in a step, along each axis [m]
         self._grasps = tuple(int(side[0]) for side in (self.task.fold.left, self.task.fold.right)[:count])
+        self.start = start[list(self._grasps)]  # positions of the hands at the start of an episode [m]
         margin = np.array([self.options.beside, self.options.beside, 0.0])
         self._low = start.min(axis=0) - margin
         self._high = np.array([*(start.max(axis=0) + margin)[:2], self.options.highest])
@@ -114,8 +183,9 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         given = (options or {}).get("world")
         world = self.episodes.draw(self.np_random) if given is None else World(given)
         fold = self.task.fold
+        never = 1e6  # [s], after every episode
         idle = [
-            Gripper(hand=hand, vertices=[vertex], closes=NEVER, times=[0.0], displacements=np.zeros((1, 3)))
+            Gripper(hand=hand, vertices=[vertex], closes=never, times=[0.0], displacements=np.zeros((1, 3)))
             for hand, vertex in zip(HANDS, self._grasps, strict=False)
         ]
         scene = self.episodes.untouched(world)
@@ -150,16 +220,6 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
     def hands(self) -> np.ndarray:
         """Assumed positions of the hands, without their errors [m], shape (hands, 3)."""
         return np.array([jaw.place for jaw in self._jaws])
-
-    @property
-    def start(self) -> np.ndarray:
-        """Positions of the hands at the start of an episode [m], shape (hands, 3)."""
-        return self.task.fold.start[list(self._grasps)]
-
-    @property
-    def largest(self) -> float:
-        """Largest motion of a hand in a step, along each axis [m]."""
-        return self.options.speed / self.rate
 
     def lead(self, places: np.ndarray, closed: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Move the hands in one step, however fast.
@@ -215,7 +275,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         return View(
             positions=self._simulation.positions.copy(),
             velocities=self._simulation.velocities.copy(),
-            hands=np.array([jaw.place for jaw in self._jaws]),
+            hands=self.hands,
             seen=np.array([jaw.actual for jaw in self._jaws]),
             closed=np.array([float(bool(jaw.held)) for jaw in self._jaws]),
         )

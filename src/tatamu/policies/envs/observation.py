@@ -14,8 +14,7 @@ from tatamu.garments import Garment
 from tatamu.policies.envs.cameras import Camera, Studio
 
 Observation = np.ndarray | dict[str, np.ndarray]
-PLAIN = ("vertices", "velocities", "key_points", "mask", "depth", "hands")
-OBSERVATIONS = (*PLAIN, *get_args(Camera))
+OBSERVATIONS = ("vertices", "velocities", "key_points", "mask", "depth", "hands", *get_args(Camera))
 """All observations; those with the names of cameras are pictures."""
 WIDEST = 1e3
 """Bound of coordinates [m] and velocities [m/s] in the observation space."""
@@ -74,8 +73,8 @@ class Observer:
             "vertices": (len(start), 3),
             "velocities": (len(start), 3),
             "key_points": (len(self._points), 3),
+            "hands": (4 * hands,),
         }
-        self._shapes["hands"] = (4 * hands,)
 
     @property
     def space(self) -> spaces.Space[Any]:

@@ -1,4 +1,4 @@
-/* What packing.py packed: deflated bytes as text, and numbers that change smoothly from frame to frame. */
+/* What page.py packed: deflated bytes as text, and numbers that change smoothly from frame to frame. */
 
 export const packing = {
   async bytes(text) {

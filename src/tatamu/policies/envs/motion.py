@@ -1,13 +1,15 @@
-"""A scripted policy: actions that move the hands along a manipulation."""
+"""The motion of hands in an episode: actions that follow a manipulation, and the scene of what was moved."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import HANDS, SETTLE, Manipulation
+from tatamu.simulation.native import HandTarget
+from tatamu.simulation.scene import Gripper, Scene
 
 
 @dataclass(frozen=True)
@@ -64,3 +66,50 @@ def _places(manipulation: Manipulation, instants: np.ndarray) -> np.ndarray:
     return np.stack(
         [np.column_stack([np.interp(instants, times, column) for column in path.T]) for path in paths], axis=1
     )
+
+
+def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], rate: float) -> Scene:
+    """Return the scene of hands that were moved step by step, which any simulator can run.
+
+    It ends `SETTLE` seconds after the last step.
+
+    Args:
+        untouched: The scene without hands.
+        led: The targets of each hand in each step.
+        rate: Steps per second [1/s].
+    """
+    hands = range(len(led[0]) if led else 0)
+    grippers = [each for hand in hands for each in _grippers(hand, [targets[hand] for targets in led], rate)]
+    ends = len(led) / rate + SETTLE
+    return untouched.model_copy(update={"grippers": grippers, "duration": ends})
+
+
+def _grippers(hand: int, targets: Sequence[HandTarget | None], rate: float) -> list[Gripper]:
+    """Return a gripper for each period in which a hand was closed."""
+    found: list[Gripper] = []
+    times: list[float] = []
+    places: list[np.ndarray] = []
+    vertices: list[int] = []
+    for step, target in enumerate([*targets, HandTarget(closed=False)]):
+        start = step / rate
+        if target is None or (target.closed is False and not vertices):
+            continue
+        if target.closed is False:
+            opens = start if step < len(targets) else None
+            held = Gripper(
+                hand=HANDS[hand],
+                vertices=vertices,
+                closes=times[0],
+                opens=opens,
+                times=times,
+                displacements=np.array(places),
+            )
+            found.append(held)
+            vertices = []
+            continue
+        if target.closed:
+            vertices = [int(vertex) for vertex in target.vertices or ()]
+            times, places = [start], [np.zeros(3)]
+        times = [*times, (step + 1) / rate]
+        places = [*places, np.asarray(target.displacement, dtype=float)]
+    return found
