@@ -16,7 +16,7 @@ from tatamu.garments.units import Unit
 MAX_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MAX_PARTS = 500_000
-"""Maximum number of elements and of numbers in paths, each included part counted as its own."""
+"""Maximum number of numbers in paths, each included part counted as its own."""
 SELF_SHOWN = "outline: must not contain a part that shows itself"
 MAX_COORDINATE = 1e9
 """Largest allowed coordinate of a drawing, in the drawing's unit."""

@@ -109,7 +109,7 @@ class _Drawing:
     def __init__(self, root: Element) -> None:
         self.named = {element.get("id"): element for element in reversed([*root.iter()]) if element.get("id")}
         self.sheet = _style_sheet("\n".join(e.text or "" for e in root.iter() if _tag(e) == "style"))
-        self.count = 0
+        self.elements = self.numbers = 0
         self.cut: set[str] = set()
 
     def children(self, element: Element, place: _Place) -> list[Shape]:
@@ -127,8 +127,10 @@ class _Drawing:
         if tag not in CONTAINERS and tag not in GEOMETRY:
             return []
         numbers = (re.findall(r"[0-9.]+(?:[eE][+-]?[0-9]+)?", element.get(name, "")) for name in ("d", "points"))
-        self.count += 1 + sum(map(len, numbers))
-        check_parts(self.count, 0)
+        self.elements += 1
+        self.numbers += sum(map(len, numbers))
+        check_parts(self.elements, 0, 50_000)  # each takes a tenth of a millisecond
+        check_parts(self.numbers, 0)
         style = self._style(element, place.style)
         if style.get("display") == "none":
             return []
