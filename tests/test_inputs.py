@@ -116,7 +116,7 @@ def test_sources_that_cannot_be_read_are_named(tmp_path: Path) -> None:
 def test_a_wrong_index_is_named(tmp_path: Path, text: str) -> None:
     (tmp_path / "inputs").mkdir()
     (tmp_path / "inputs" / "files.json").write_text(text)
-    with pytest.raises(InputError, match=r"files\.json: must name a file for each kind"):
+    with pytest.raises(InputError, match=r"files\.json: must give the name of a file for each kind"):
         kept_input(tmp_path, "fold")
 
 

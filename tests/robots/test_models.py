@@ -122,7 +122,7 @@ def test_a_whole_robot_says_where_its_joints_stand_once(tmp_path: Path) -> None:
         ("", "standing = { left = 0.2 }", "standing: larm_left must be from 0.021 to 0.057, given 0.2"),
         ("", "standing = { thumb = 0.2 }", "standing: the model has no joint 'larm_thumb'"),
         ("", "standing = { pan = 0.2 }", "standing: larm_pan must be outside the arms"),
-        ("standing = { larm_left = 0.03 }", "", "standing must be in each arm's own table"),
+        ("standing = { larm_left = 0.03 }", "", "standing must be given in each arm's table"),
     ],
 )
 def test_a_wrong_place_to_stand_is_named(tmp_path: Path, top: str, arm: str, named: str) -> None:

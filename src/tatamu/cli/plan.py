@@ -124,7 +124,7 @@ def plan(
 def _print(result: RobotPlan, out: Path, hover: float, *, with_checks: bool) -> None:
     from tatamu.robots.checks import in_words
 
-    print(f"{out}: {result.motion.times[-1]:.1f} s; the fold lies at {result.task.hovering(0.0).placement}")
+    print(f"{out}: {result.motion.times[-1]:.1f} s long; the fold lies at {result.task.hovering(0.0).placement}")
     if hover:
         print(f"  the hands move {1e3 * hover:.0f} mm above the cloth with open jaws, so nothing is folded")
     for name, check in result.checks.items() if with_checks else ():

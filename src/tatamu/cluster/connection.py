@@ -109,7 +109,7 @@ def _configure() -> None:
         dask.config.set(SETTINGS)
         import distributed  # noqa: F401
     except ImportError:
-        raise InputError("--scheduler: needs Dask; python -m pip install 'tatamu[cluster]'") from None
+        raise InputError("--scheduler: needs Dask: pip install 'tatamu[cluster]'") from None
 
 
 def _check_certificates(address: str) -> None:

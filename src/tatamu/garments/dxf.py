@@ -199,7 +199,7 @@ def _pattern_piece(name: str, layers: Layers) -> Piece | None:
     cut, sewn = _closed(layers, BOUNDARY), _closed(layers, SEW)
     if not cut:
         return None
-    remarks = ("along its sew line (layer 14), inside of which the seam allowance lies",) if sewn else ()
+    remarks = ("along its sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
     holes = [replace(hole, name="") for hole in _closed(layers, CUT_OUT)]
     grain = _longest(layers, GRAIN)
     along = np.zeros(2) if grain is None else grain[1] - grain[0]

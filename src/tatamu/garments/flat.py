@@ -150,7 +150,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
     lying = lying - [middle[0], middle[1], 0.0]
     height = float(lying[:, 2].max())
     if height > 0.04:  # a heap
-        most = f"must lie at most 40 mm high after falling on its back, given {1e3 * height:.0f} mm"
+        most = f"must lie at most 40 mm high once it has fallen on its back, given {1e3 * height:.0f} mm"
         raise InputError(f"mesh: {most}; {advice}")
     note = f"laid flat by a simulated fall of 2 s on its back, after which the garment is at most {1e3 * height:.0f} mm"
     note += " high, not quite flat; look at the picture" if height > 0.02 else " high"

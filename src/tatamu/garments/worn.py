@@ -108,8 +108,7 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
     up = given.up or usual
     if up[-1] == "xyz"[thin]:
         raise InputError(
-            f"up: must be one of the two axes in which the mesh extends, given {up}, but the mesh is flat across "
-            f"{up[-1]}"
+            f"up: must be an axis in the plane of the mesh, given {up}, but the mesh is flat along {up[-1]}"
         )
     ahead, front = direction(up), direction(facing)
     points = mesh.vertices @ np.array([ahead, np.cross(front, ahead), front]).T

@@ -175,9 +175,9 @@ class Description(Record):
                 "base must be 'world' for a pair of single arms, because each arm's mount says where the arm stands"
             )
         if self.model is None and self.standing:
-            raise ValueError("standing must be in each arm's own table for a pair of single arms")
+            raise ValueError("standing must be given in each arm's table, because the arms are single")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
-            raise ValueError("standing must be before the first table for a model of the whole robot")
+            raise ValueError("standing must be given above the first table, because one model is the whole robot")
         if self.model is None and self.trunk is not None:
             raise ValueError("trunk must be left out for a pair of single arms")
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}

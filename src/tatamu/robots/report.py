@@ -97,7 +97,7 @@ def summary(figures: dict[str, Any]) -> list[str]:
         f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
     if figures["tool_error"] > AS_PLANNED:
-        lines.append(f"warning: the tools must follow the plan within {1e3 * AS_PLANNED:g} mm, but deviate more")
+        lines.append(f"warning: the tools deviate from the plan by more than {1e3 * AS_PLANNED:g} mm")
     lines += [
         f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
         for contact in figures["contacts"]
@@ -114,7 +114,7 @@ def _fold_summary(fold: dict[str, Any]) -> list[str]:
     mesh = f", edges {halved(fold['halvings'])}" if fold["halvings"] else ""
     lines = [
         f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): "
-        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm mean from the same fold with floating hands"
+        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm on average from the same fold with floating hands"
     ]
     if fold["mean_vertex_distance"] is not None and not fold["scores"]:
         lines.append(f"mean distance from the wanted shape: {1e3 * fold['mean_vertex_distance']:.1f} mm")

@@ -56,7 +56,7 @@ class Rollout:
 
 def _check(times: np.ndarray, positions: np.ndarray, faces: np.ndarray) -> None:
     if (times.ndim, positions.ndim, faces.ndim) != (1, 3, 2):
-        raise ValueError("times, positions, faces must have 1, 3, 2 dimensions")
+        raise ValueError("times must have 1 dimension, positions 3, and faces 2")
     if times.dtype.kind != "f" or positions.dtype.kind != "f" or faces.dtype.kind not in "iu":
         raise ValueError("times and positions must be floating point numbers, faces integers")
     if positions.shape != (len(times), positions.shape[1], 3) or not len(times) or faces.shape[1] != 3:

@@ -227,7 +227,7 @@ def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
     try:
         import psycopg  # noqa: F401
     except ImportError:
-        raise InputError("--storage: needs psycopg; python -m pip install 'tatamu[cluster]'") from None
+        raise InputError("--storage: needs psycopg: pip install 'tatamu[cluster]'") from None
     database = SharedDatabase(parsed)
     try:
         _ = database.storage

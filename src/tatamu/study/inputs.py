@@ -87,7 +87,9 @@ def kept_input(folder: Path, kind: str) -> Path | None:
         if index.exists():
             named = read_json(index)
             if not isinstance(named, dict) or not isinstance(named.get(kind, ""), str):
-                raise InputError(f"{index}: must name a file for each kind, given {json.dumps(named)[:60]}")
+                raise InputError(
+                    f"{index}: must give the name of a file for each kind of input, given {json.dumps(named)[:60]}"
+                )
             if kind not in named:
                 return None
             if os.path.isabs(named[kind]) or ".." in Path(named[kind]).parts:

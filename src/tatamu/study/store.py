@@ -269,7 +269,7 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
     if kept is None and folder.study_file.exists():
         raise InputError(f"{folder.path}: its study is in study.db; leave --storage out, or give another folder")
     if kept is not None and kept.storage != database.address:
-        raise InputError(f"{folder.path}: its study is in {kept.storage}, given {database.address}")
+        raise InputError(f"{folder.path}: its study is in {kept.storage}, given --storage {database.address}")
     return kept.name if kept else None
 
 

@@ -26,7 +26,7 @@ def check_parquet() -> None:
         InputError: If pyarrow is not installed.
     """
     if importlib.util.find_spec("pyarrow") is None:
-        raise InputError("sweep.parquet: needs pyarrow; python -m pip install 'tatamu[cluster]'")
+        raise InputError("sweep.parquet: needs pyarrow: pip install 'tatamu[cluster]'")
 
 
 def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:

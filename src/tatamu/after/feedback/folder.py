@@ -95,7 +95,7 @@ class FeedbackFolder:
         """Write `posterior.toml`."""
         plain = posterior.describe()
         if not plain:
-            raise InputError(f"{self.posterior_file}: must have an uncertain disturbance, given none")
+            raise InputError(f"{self.posterior_file}: must contain a disturbance with a deviation above 0, given none")
         write_text(self.posterior_file, HEAD + tomli_w.dumps(plain))
 
 

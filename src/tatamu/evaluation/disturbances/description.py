@@ -123,7 +123,7 @@ class Correlation(Record):
         if len(set(self.parameters)) < count:
             raise ValueError("parameters must be different names")
         if [len(row) for row in self.matrix] != [count] * count:
-            raise ValueError(f"matrix must have {count} rows of {count} numbers, a row for each of parameters")
+            raise ValueError(f"matrix must have {count} rows of {count} numbers, one for each parameter")
         matrix = np.array(self.matrix).reshape(count, count)
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")

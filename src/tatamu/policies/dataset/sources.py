@@ -137,7 +137,7 @@ def _folders(specification: DatasetSpecification) -> list[Path]:
     sweep = SweepFolder(Path(specification.fold.sweep))
     complete = [sweep.of_task(record.name) for record in sweep.read() if record.state == "complete"]
     if not complete:
-        raise InputError(f"{sweep.path}: fold.sweep: must be the folder of a sweep with a complete task")
+        raise InputError(f"{sweep.path}: fold.sweep: must be the folder of a sweep in which a task is finished")
     return complete
 
 

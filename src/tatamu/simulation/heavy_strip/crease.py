@@ -114,7 +114,7 @@ def least_energy(thickness: float) -> np.ndarray:
         )
     if not result.success:
         raise TatamuError(
-            f"crease: no shape of minimum energy found for {thickness:g} l_b thick cloth: {result.message}"
+            f"crease: no shape of minimum energy found for cloth {thickness:g} bending lengths thick: {result.message}"
         )
     return np.asarray(result.x)
 
