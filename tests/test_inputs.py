@@ -88,7 +88,6 @@ def test_the_plan_that_was_found_for_a_garment_is_kept(
     def proposes_nothing(*_: object) -> None:
         raise AssertionError("the plan was looked for again")
 
-    monkeypatch.setattr("tatamu.folding.plans.best_plan", proposes_nothing)
     monkeypatch.setattr("tatamu.folding.plans.propose", proposes_nothing)
     assert (Result.load(folder).task.fold.target == target).all()
 

@@ -91,7 +91,7 @@ class Fading(SwungTest):
             return float(np.interp(1.0 / self.to, inverse, numbers))
         slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
         ends = numbers[-1] + (1.0 / self.to - inverse[-1]) / max(slope, 1e-9)
-        return float(min(ends, 200.0))  # also for swings that do not fade
+        return float(min(ends, 200.0))  # the most, for swings that do not fade, too
 
     def guess(self, count: float, material: Material) -> float:
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside

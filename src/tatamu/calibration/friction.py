@@ -162,7 +162,7 @@ class Slope(LaterTest):
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         off = estimate.material.friction_table / self.textbook - 1.0
-        if abs(off) < 0.02:  # as the textbook says
+        if abs(off) < 0.02:
             return []
         return [
             f"friction: cloth in {estimate.simulator} slides on this slope with a coefficient {100 * off:+.0f} % off "

@@ -43,7 +43,11 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> dict[str, str]:
     test = calibration.setup.tests[fit.test]
     value, spread = shown(calibration, fit.parameter)
     shape = calibration.shapes[fit.test]
-    drawn = shape is not None or not isinstance(test, RestTest)
+    picture = ""
+    if shape is not None:
+        picture = test.drawing(shape)
+    elif not isinstance(test, RestTest):  # its drawing needs no shape
+        picture = test.drawing(np.empty((0, 3)))
     beside = fit.alone if fit.parameter == "bending_rigidity" else None
     alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
     return {
@@ -54,7 +58,7 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> dict[str, str]:
         "relation": "is" if fit.bound else "=",
         "value": value,
         "spread": spread,
-        "picture": Markup(test.drawing(np.empty((0, 3)) if shape is None else shape) if drawn else ""),
+        "picture": Markup(picture),
     }
 
 

@@ -111,10 +111,11 @@ class Sag(ElasticTest):
         garment = specimen.garment
         path = garment.vertices[named_edge(garment, entry.edge), :2]
         along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-        if along < 1.5 * test.free_length:
+        least = 1.5  # edge over free length
+        if along < least * test.free_length:
             raise InputError(
                 f"sag: edge {entry.edge} is {along:.2f} m long; with a free length of {test.free_length:g} m its ends "
-                f"hang differently from its middle: choose a free length up to {along / 1.5:.2f} m, or a "
+                f"hang differently from its middle: choose a free length up to {along / least:.2f} m, or a "
                 "longer edge"
             )
         return test

@@ -185,7 +185,7 @@ class TenSwings(SwungTest):
     """The test that times ten swings of a cloth that is held by two corners."""
 
     drag: float | None
-    """Quadratic drag that is assumed if the material has none [kg/m^3], because air that adds mass also slows down."""
+    """Quadratic drag that is assumed [kg/m^3], because air that adds mass also slows down; None for the material's."""
 
     name = "swing"
     title = "Swing: air that it carries m_a"

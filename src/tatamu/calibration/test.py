@@ -28,6 +28,10 @@ from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import capabilities
 
+CLOTH = "plot"
+"""Name of the colour with which drawings show cloth."""
+DASH = 4.0
+"""Length of the dashes of auxiliary lines [pixels]."""
 POOR = 0.25
 """Maximum relative standard uncertainty of a parameter of which the user is not told."""
 Readings = Mapping[str, Reading]
@@ -275,12 +279,6 @@ def textbook_spread(guess: Callable[[float, Material], float], reading: Reading)
 def millimetres(length: float) -> str:
     """Return a length [m] as text in millimetres."""
     return f"{1e3 * length:.1f} mm"
-
-
-CLOTH = "plot"
-"""Name of the colour with which drawings show cloth."""
-DASH = 4.0
-"""Length of the dashes of auxiliary lines [pixels]."""
 
 
 def strip_profile(along: np.ndarray, positions: np.ndarray) -> np.ndarray:

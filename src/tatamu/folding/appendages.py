@@ -109,8 +109,9 @@ def has_legs(outline: shapely.Polygon) -> bool:
     low_x, low_y, high_x, high_y = outline.bounds
     middle = 0.5 * (low_y + high_y)
     aside = 0.15 * (high_y - low_y)  # maximum sideways distance between the notch and the middle
-    strip = shapely.box(low_x, middle - aside, low_x + 0.35 * (high_x - low_x), middle + aside)
+    notch = 0.35  # minimum depth, as a fraction of the garment's length
+    strip = shapely.box(low_x, middle - aside, low_x + notch * (high_x - low_x), middle + aside)
     ends = shapely.LineString([(low_x, middle - aside), (low_x, middle + aside)])
     free = strip.difference(outline)
     depth = [part.bounds[2] - low_x for part in shapely.get_parts(free) if part.distance(ends) < 1e-3]
-    return max(depth, default=0.0) > (0.35 - 0.02) * (high_x - low_x)
+    return max(depth, default=0.0) > (notch - 0.02) * (high_x - low_x)

@@ -14,6 +14,8 @@ from tatamu.folding.ideal import FoldLine
 from tatamu.folding.plan import AUTO, Step
 from tatamu.garments import Garment
 
+APART = 1.05
+"""Distance between layers that fingers press together, in thicknesses of the cloth."""
 MIN_DISTANCE = 0.5
 """Minimum distance between a grasp and the fold line, as a fraction of the grasped edge's maximum distance."""
 
@@ -102,10 +104,6 @@ def _apart(left: np.ndarray, right: np.ndarray, clearance: float) -> int:
     while count and distance[:count, :count].min() < clearance - 1e-9:
         count -= 1
     return count
-
-
-APART = 1.05
-"""Distance between layers that fingers press together, in thicknesses of the cloth."""
 
 
 def links_within(edges: np.ndarray, vertices: np.ndarray, count: int) -> np.ndarray:

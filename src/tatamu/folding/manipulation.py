@@ -30,6 +30,7 @@ Hand = Literal["left", "right"]
 HANDS: tuple[Hand, Hand] = ("left", "right")
 VIA_EVERY = 10
 """Number of frames between via-points, which a robot follows (paper, section VI-C)."""
+Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class Timing(OpenRecord):
@@ -318,9 +319,6 @@ def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[n
 
 def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     return tuple(fold.place(vertex) for vertex in grasps)
-
-
-Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 
 
 class HandShift(OpenRecord):

@@ -105,7 +105,7 @@ def _assembled(
 ) -> tuple[Robot, dict[str, str]]:
     """Return the robot of a description, before it is checked, and the prefix of each arm's names in its model."""
     description = read_description(path)
-    disturbances_of(path)
+    disturbances_of(path, description)
     models = {name: model_of(path, description, name) for name in description.models}
     pair = description.model is None
     if description.model is not None:

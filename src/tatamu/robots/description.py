@@ -198,7 +198,7 @@ def files_of(path: Path) -> list[Path]:
         InputError: If the description or another file cannot be read.
     """
     description = read_description(path)
-    disturbances_of(path)
+    disturbances_of(path, description)
     found = [path]
     for model in description.models:
         found += model_of(path, description, model).files
@@ -207,13 +207,13 @@ def files_of(path: Path) -> list[Path]:
     return list(dict.fromkeys(found))
 
 
-def disturbances_of(path: Path) -> Disturbances | None:
+def disturbances_of(path: Path, description: Description | None = None) -> Disturbances | None:
     """Return the disturbances that a robot's description names or contains; None if there are no disturbances.
 
     Raises:
         InputError: If the description or the file of disturbances cannot be read, or a field is wrong.
     """
-    own = read_description(path).disturbances
+    own = (description or read_description(path)).disturbances
     if own is None:
         return None
     if isinstance(own, str):

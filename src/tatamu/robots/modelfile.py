@@ -184,14 +184,15 @@ class _Store:
 
     def mesh(self, file: Path) -> str:
         """Read a mesh file, store it, and return the name that is made from its content."""
-        suffix, formats = file.suffix.lower(), (".stl", ".obj", ".msh", ".ply", ".off")
+        suffix, converted = file.suffix.lower(), (".ply", ".off")
+        formats = (".stl", ".obj", ".msh", *converted)
         if suffix not in formats:
             raise InputError(
                 f"{self._path}: mesh {file}: must be one of {', '.join(formats)}; convert the file without scaling"
             )
         content = self._read(file)
         # MuJoCo reads neither PLY nor OFF, and of the two .stl formats only the binary one.
-        if suffix in (".ply", ".off") or (suffix == ".stl" and _is_ascii(content)):
+        if suffix in converted or (suffix == ".stl" and _is_ascii(content)):
             with foreign(file, "a mesh that can be read"):
                 mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
                 content, suffix = trimesh.exchange.stl.export_stl(mesh), ".stl"
@@ -269,9 +270,10 @@ def _parsed(path: Path) -> ElementTree.Element:
     try:
         events = ElementTree.iterparse(io.BytesIO(read_bytes(path, MAX_FILE)), ("start", "end"))
         for event, element in events:
-            root = element  # at last, when it ends
-            depth += 1 if event == "start" else -1
-            count += event == "start"
+            if event == "end":
+                depth, root = depth - 1, element  # the root is the last to end
+                continue
+            depth, count = depth + 1, count + 1
             if depth > MAX_DEPTH:
                 raise ValueError(f"elements are nested more than {MAX_DEPTH} deep")
             if count > MAX_ELEMENTS:

@@ -61,7 +61,8 @@ class RobotPlan:
 
         The jaws open at the start, close at the event `close` and open again at the event `open`.
         """
-        stages = [self.motion.part(name) for name in ("lead", "close", "open")[: 1 if self.task.hover else None]]
+        names = ("lead",) if self.task.hover else ("lead", "close", "open")
+        stages = [self.motion.part(name) for name in names]
         return tuple(
             GripperCommand.model_validate(
                 {

@@ -209,7 +209,8 @@ def _tools(data: Any, planned: Planned) -> np.ndarray:
 
 def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
     """Record which links touch now, the time when they first touched, and the largest penetration depth."""
-    for contact in data.contact[: data.ncon]:
+    for number in range(data.ncon):  # iterating over data.contact takes half a millisecond, even if it is empty
+        contact = data.contact[number]
         if contact.dist <= 0:
             one, other = sorted(link_name(model, int(geom)) for geom in contact.geom)
             known = touched.get((one, other), Contact((one, other), float(data.time), 0.0))

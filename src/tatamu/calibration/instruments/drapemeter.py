@@ -77,7 +77,7 @@ class Drapemeter:
         height[self.held] = 0.0
         flat = np.column_stack([points, 0.5 * material.thickness + height])
         u = np.linspace(0.0, 1.0, 21)
-        path = np.outer(minimum_jerk(u), [0.0, 0.0, 0.1])  # higher than the cloth that hangs down is long
+        path = np.outer(minimum_jerk(u), [0.0, 0.0, 0.1])  # farther than the cloth hangs down
         return Scene(
             cloth=Cloth(vertices=flat, faces=faces, rest_vertices=self.unstrained),
             material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),

@@ -15,6 +15,8 @@ from tatamu.base.errors import InputError
 
 VARIABLE = "TATAMU_BLENDER"
 """Environment variable with the path of a Blender executable, or of a Python that can import `bpy`."""
+PYTHON = "3.11"
+"""Only version of Python for which this version of Blender is available as a wheel."""
 VERSION = "5.0.1"
 """Version that `tatamu install blender` installs, with which docs/notes/simulators.md was measured."""
 
@@ -93,13 +95,12 @@ def _works(python: Path) -> bool:
 
 
 def _base_python() -> str:
-    """Return the only version of Python for which this version of Blender is available as a wheel."""
-    if sys.version_info[:2] == (3, 11):
+    if "{}.{}".format(*sys.version_info) == PYTHON:
         return sys.executable
-    found = shutil.which("python3.11")
+    found = shutil.which(f"python{PYTHON}")
     if found is None:
         raise InputError(
-            f"install blender: bpy {VERSION} needs Python 3.11, which is not on the search path; install this "
+            f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; install this "
             "Python, or install Blender itself (3.4 or later)"
         )
     return found

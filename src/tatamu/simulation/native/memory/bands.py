@@ -96,7 +96,7 @@ def bands(elements: np.ndarray, total: int) -> Bands:
     table: list[list[int]] = []
     order: list[np.ndarray] = []
     loose = np.ones(count, dtype=bool)
-    for g in np.flatnonzero(np.bincount(group) >= 24):  # elements that are worth a band
+    for g in np.flatnonzero(np.bincount(group) >= 24):  # fewer elements are not worth a band
         members = np.flatnonzero(group == g)
         first = elements[members, 0]
         low = int(first.min())

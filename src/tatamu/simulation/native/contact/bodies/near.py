@@ -72,7 +72,7 @@ def refresh(x: np.ndarray, longest_way: float, mesh: ContactMesh, bodies: Bodies
             _filter(mesh, near.local, far, all_vertices, all_edges, all_faces, bodies.held[b], marked, b, wide)
         else:
             _to_local(x, rotation, position, wide.vertices[b, : counts[0]], near.local)
-        far = bodies.half[b] + (reach + 5e-4)  # an allowance for motion beyond that by the velocities
+        far = bodies.half[b] + (reach + 5e-4)  # an allowance for motion beyond that by the velocities [m]
         _filter(
             mesh,
             near.local,
