@@ -66,9 +66,9 @@ def describe(error: ValidationError) -> str:
         message = f"must be {first['ctx']['expected']}".replace("'", "")
     if first["type"] == "string_pattern_mismatch":
         message = f"must match {first['ctx']['pattern']}"
-    given = repr(first["input"])
-    given = f", given {given if len(given) <= 60 else given[:57] + '...'}"
-    if first["type"] in ("missing", "value_error"):
-        given = ""
+    given = ""
+    if first["type"] not in ("missing", "value_error"):  # the text of a whole file would take long
+        text = repr(first["input"])
+        given = f", given {text if len(text) <= 60 else text[:57] + '...'}"
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")

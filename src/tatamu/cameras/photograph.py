@@ -63,8 +63,9 @@ def read_photograph(path: Path, scale: Scale, lens: Lens | None = None) -> Photo
     """Read a photograph and find its camera from the board or sheet that it shows."""
     picture = read_picture(path)
     tall, wide = picture.pixels.shape[:2]
-    if min(tall, wide) < 400:
-        raise InputError(f"{path}: photo: must have at least 400 pixels on each side, given {wide} x {tall}")
+    least = 400
+    if min(tall, wide) < least:
+        raise InputError(f"{path}: photo: must have at least {least} pixels on each side, given {wide} x {tall}")
     focal = stated_focal(picture.film, (wide, tall))
     try:
         _check_focal(lens, focal, (wide, tall))

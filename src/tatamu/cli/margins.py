@@ -75,13 +75,13 @@ def margins(
     if out is not None and len(steps) > 1:
         raise InputError("--out: must be left out for a plan of several steps; give the folder of one step")
     with executor_at(scheduler) as executor:
-        found = partial(measure_margins, draws=draws, disturbances=given, seed=seed, limits=limits, executor=executor)
+        measure = partial(measure_margins, draws=draws, disturbances=given, seed=seed, limits=limits, executor=executor)
         for step in steps:
-            _one(step, found, out, simulator, prepares=executor is None)
+            _one(step, measure, out, simulator, prepares=executor is None)
 
 
 def _one(
-    folder: ResultFolder, found: Callable[..., Measured], out: Path | None, simulator: str | None, *, prepares: bool
+    folder: ResultFolder, measure: Callable[..., Measured], out: Path | None, simulator: str | None, *, prepares: bool
 ) -> None:
     from tatamu.after.margins.page import write_page
     from tatamu.after.margins.texts import summary, table
@@ -99,7 +99,7 @@ def _one(
     target = out or (folder.margins_folder if simulator is None else folder.path / f"margins-{simulator}")
     kept = f"finished simulations are kept in {target}"
     with resumable(kept), progress(f"margins of {folder.path.name}", unit="simulations") as report:
-        measured = found(
+        measured = measure(
             learned, out=target, simulator=simulator, together=lambda each: print(each.headline), progress=report
         )
     folder.write_margins(measured.result, target)

@@ -126,7 +126,7 @@ class Scenarios(Evaluator):
     def _outcomes(self, ask: Ask, indices: Sequence[int]) -> Iterator[Evaluation]:
         """Yield the outcomes in the scenarios in order, while some of the next ones are simulated already.
 
-        An ask with something to beat uses at most four processors, and leaves half of them to other trials.
+        An ask with something to beat uses half of the processors, at most four, and leaves the others to other trials.
         """
 
         def simulate(index: int) -> Evaluation:

@@ -143,12 +143,13 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     inner = np.array(others, dtype=object)
     bounds = shapely.bounds(inner)
     small = (bounds[:, 2:] - bounds[:, :2]).max(axis=1) < 0.05 * max(np.ptp(rings[0], axis=0))
-    marks = inner[small & ~shapely.covers(outer, inner)]
-    inner = inner[~small | shapely.covers(outer, inner)]
+    covered = shapely.covers(outer, inner)
+    marks, kept = inner[small & ~covered], ~small | covered
+    inner = inner[kept]
     notes = [f"left out: {counted(marks, 'closed curve')} across the outline"] if len(marks) else []
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
         raise InputError(where(path, "must occur once in the drawing, given two copies"))
-    if not shapely.covers(outer, inner).all():
+    if not covered[kept].all():
         raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)

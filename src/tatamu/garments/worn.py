@@ -177,9 +177,9 @@ class _Pattern:
 
     def woven(self, garment: Garment) -> Garment:
         """Return the garment with the warp along +v of the sewing pattern, if there is one."""
-        return (
-            garment if self.uv is None else replace(garment, fibre=along_v(self.uv, garment.unstrained[garment.faces]))
-        )
+        if self.uv is None:
+            return garment
+        return replace(garment, fibre=along_v(self.uv, garment.unstrained[garment.faces]))
 
 
 def _pattern(points: np.ndarray, faces: np.ndarray, uv: np.ndarray | None) -> _Pattern:
@@ -252,8 +252,9 @@ def _carried(fibre: np.ndarray, old: Garment, new: Garment) -> np.ndarray:
     It is that of the nearest old triangle in the same layer.
     """
     out = np.empty((len(new.faces), 3))
+    facing = [facing_down(each.vertices, each.faces) for each in (old, new)]
     for down in (False, True):
-        before, after = (np.flatnonzero(facing_down(each.vertices, each.faces) == down) for each in (old, new))
+        before, after = (np.flatnonzero(each == down) for each in facing)
         if len(after):
             middles = old.vertices[old.faces[before]].mean(axis=1)[:, :2]
             nearest = cKDTree(middles).query(new.vertices[new.faces[after]].mean(axis=1)[:, :2])[1]

@@ -43,9 +43,9 @@ class LeRobotReader:
     @cached_property
     def episodes(self) -> list[dict[str, Any]]:
         """Rows of the table of episodes, without their statistics."""
-        files = sorted((self.root / "meta" / "episodes").glob("*/*.parquet"))
+        paths = sorted((self.root / "meta" / "episodes").glob("*/*.parquet"))
         rows: list[dict[str, Any]] = []
-        for file in files:
+        for file in paths:
             with foreign(file, "a Parquet file"):
                 table = needed("pyarrow.parquet", "dataset").read_table(file)
                 rows += table.select([name for name in table.column_names if not name.startswith("stats/")]).to_pylist()

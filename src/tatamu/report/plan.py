@@ -79,7 +79,7 @@ def _hands(folds: list[Result], rollout: Rollout) -> list[HandTrack]:
     starts = rollout.extra["step_starts"]
     found = []
     for number, colour in enumerate(HAND_COLOURS):
-        parts = [dict(enumerate(hands(fold))).get(number) for fold in folds]
+        parts = [tracks[number] if number < len(tracks) else None for tracks in map(hands, folds)]
         known = [part for part in parts if part is not None]
         if not known:
             continue

@@ -69,7 +69,7 @@ def control_points(fold: Result) -> list[tuple[str, str, list[str]]]:
 
 def timing(fold: Result) -> Facts:
     """Return the times of the fold at which the hands close, start to move, arrive and open."""
-    known = {f"{verb}s": f"hands {verb}" for verb in ("close", "start", "arrive", "open")}
+    known = {"closes": "hands close", "starts": "hands start", "arrives": "hands arrive", "opens": "hands open"}
     known |= {"ends": "rollout ends", "top_speed": "top speed"}
     given = fold.description.timing_values
     units = {"top_speed": "m/s"}

@@ -79,8 +79,9 @@ def max_trials(trials: Trials) -> int:
 
 def is_over(trials: Trials, made: Sequence[Proposal]) -> bool:
     """Return whether no further trial is to be made."""
-    gains = [each.gain for each in made[-3:]]
-    converged = len(gains) == 3 and all(gain is not None and gain < MIN_GAIN for gain in gains)
+    in_a_row = 3
+    gains = [each.gain for each in made[-in_a_row:]]
+    converged = len(gains) == in_a_row and all(gain is not None and gain < MIN_GAIN for gain in gains)
     return len(made) >= max_trials(trials) or (trials == "auto" and converged)
 
 
@@ -295,7 +296,7 @@ class Study:
     def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
         nominal = Nominal(self.evaluator.task)
         made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
-        return {name: (each, self._executor.submit(_timed, nominal.fixed, each)) for name, each in made.items()}
+        return {name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()}
 
     def _fixed_result(self, name: str, manipulation: Manipulation, future: Future[Evaluation]) -> Evaluation:
         try:
@@ -331,6 +332,11 @@ def _done(found: Evaluation) -> Future[Evaluation]:
     future: Future[Evaluation] = Future()
     future.set_result(found)
     return future
+
+
+def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
+    """Evaluate as `_timed` does. A worker that has `nominal` would not know it again in a bound method."""
+    return _timed(nominal.fixed, manipulation)
 
 
 def _timed(evaluate: Callable[[Given], Evaluation], given: Given, beat: float = -np.inf) -> Evaluation:

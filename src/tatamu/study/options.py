@@ -124,7 +124,8 @@ class LearnOptions(Options):
             raise InputError(f"trials: must be from 1 to 10000, given {self.trials}")
         if not 0 <= self.seed < 2**32:
             raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {self.seed}")
-        if self.parallel is not None and not 1 <= self.parallel <= 16:  # with more, each is proposed from too few
+        # with more at a time, each is proposed from too few results
+        if self.parallel is not None and not 1 <= self.parallel <= 16:
             raise InputError(f"parallel: must be from 1 to 16, given {self.parallel}")
         if not 0.0 < self.level <= 4.0:
             raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")

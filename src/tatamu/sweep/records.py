@@ -58,7 +58,14 @@ class SweepRecord(OpenRecord):
 
 
 class SweepFolder:
-    """The folder of a sweep, in `path`, with its record, its table and its page."""
+    """The folder of a sweep.
+
+    Attributes:
+        path: The folder.
+        file: The record of the sweep.
+        table_file: A row for each task.
+        page_file: The page of the sweep.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path

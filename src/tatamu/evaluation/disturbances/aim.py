@@ -1,6 +1,7 @@
 """The aim that follows from disturbances: room, so that few hands meet the table or miss the cloth.
 
-With the quantile z of the normal distribution at 1 - 0.0025, the probability of each of these,
+One hand meets the table with a probability of 0.0025, and misses the cloth with the same. With the quantile z of the
+normal distribution at 1 - 0.0025,
 
     height   >= z s_up    - compliance                    no hand is lower than its fingers yield
     into     >= z s_into  - (1 - sqrt(MIN_HELD)) PAD      the pads cover enough cloth in depth,

@@ -30,5 +30,6 @@ for name, entry, vector in (  # so that `gymnasium.make` and `gymnasium.make_vec
 ):
     if name not in gymnasium.registry:
         gymnasium.register(id=name, entry_point=entry, vector_entry_point=vector)
+del name, entry, vector
 
 __all__ = ["CAMERAS", "FOLD", "HANDS", "OBSERVATIONS", "FoldEnv", "HandsEnv", "ThreadedVectorEnv"]

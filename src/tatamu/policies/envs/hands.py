@@ -165,6 +165,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         self.largest = self.options.speed / rate  # motion of a hand in a step, along each axis [m]
         self._grasps = tuple(int(side[0]) for side in (self.task.fold.left, self.task.fold.right)[:count])
         self.start = start[list(self._grasps)]  # positions of the hands at the start of an episode [m]
+        self.start.setflags(write=False)
         margin = np.array([self.options.beside, self.options.beside, 0.0])
         self._low = start.min(axis=0) - margin
         self._high = np.array([*(start.max(axis=0) + margin)[:2], self.options.highest])

@@ -1,4 +1,4 @@
-/* What page.py packed: deflated bytes as text, and numbers that change smoothly from frame to frame. */
+/* Unpacks deflated bytes that are stored as text, and numbers that change smoothly from frame to frame. */
 
 export const packing = {
   async bytes(text) {
