@@ -7,11 +7,11 @@ not depend on the number of processors, and a resumed one repeats the same calls
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 Stage = Literal["trials", "first", "baselines", "success", "report"]
 Trials = int | Literal["auto"]
-Given = TypeVar("Given")
 MIN_GAIN = 0.001
 """The search ends when three proposals in a row expect a smaller gain, as a fraction of the best objective."""
 SUCCESS_SIMULATIONS = 36
@@ -212,7 +211,7 @@ class Study:
         if refused is not None:
             return _done(refused)
         evaluator = self.evaluator.undisturbed if undisturbed else self.evaluator
-        return self._executor.submit(_timed, evaluator, ask, ask.beat)
+        return self._executor.submit(_timed, evaluator, ask)
 
     def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
         """Record a trial and tell it to the search. Return whether it is new."""
@@ -259,7 +258,7 @@ class Study:
         """Return the undisturbed evaluation of a trial with its rollout, which is simulated again if need be."""
         if number not in self._kept or self._kept[number].rollout is None:
             parameters = self.trials[number].parameters
-            future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters), np.inf)
+            future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters))
             self._kept[number] = self._result(parameters, future, f"trial {number}")
         return self._kept[number]
 
@@ -334,14 +333,15 @@ def _done(found: Evaluation) -> Future[Evaluation]:
     return future
 
 
-def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
-    """Evaluate as `_timed` does. A worker that has `nominal` would not know it again in a bound method."""
-    return _timed(nominal.fixed, manipulation)
-
-
-def _timed(evaluate: Callable[[Given], Evaluation], given: Given, beat: float = -np.inf) -> Evaluation:
+def _timed(evaluator: Evaluator, ask: Ask) -> Evaluation:
     """Evaluate, measure the time, and drop the rollout of what cannot be the best."""
     started = perf_counter()
-    found = evaluate(given)
-    rollout = found.rollout if found.objective < beat else None
+    found = evaluator(ask)
+    rollout = found.rollout if found.objective < ask.beat else None
     return replace(found, rollout=rollout, seconds=perf_counter() - started)
+
+
+def _timed_fixed(nominal: Nominal, manipulation: Manipulation) -> Evaluation:
+    started = perf_counter()
+    found = nominal.fixed(manipulation)
+    return replace(found, rollout=None, seconds=perf_counter() - started)
