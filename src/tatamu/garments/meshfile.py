@@ -109,9 +109,8 @@ def _sides(faces: np.ndarray) -> np.ndarray:
 
 def pieces(faces: np.ndarray) -> np.ndarray:
     """Return the index of the connected piece of each triangle, shape (m,), counted from the largest piece."""
-    rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
-    count = int(faces.max()) + 1
-    joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    sides = _sides(faces)
+    joined = csr_array((np.ones(len(sides)), sides.T), shape=(faces.max() + 1,) * 2)
     number = connected_components(joined, directed=False)[1][faces[:, 0]]
     found, sizes = np.unique(number, return_counts=True)
     rank = np.empty(int(found.max()) + 1, dtype=np.int64)
