@@ -50,9 +50,7 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
         geom.contype = geom.conaffinity = 0
     for pair in list(spec.pairs):
         spec.delete(pair)
-    clearance = Clearance(robot)
-    clearance.set_table(table_height)
-    for kind, first, second in clearance.pairs:
+    for kind, first, second in Clearance(robot, table=table_height).pairs:
         spec.add_pair(geomname1=first, geomname2=second, margin=(margins or {}).get(kind, 0.0))
     spec.add_key(name="start", qpos=robot.initial)
     return spec
@@ -72,10 +70,8 @@ def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> di
     mujoco = needed("mujoco")
     limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
     model = stage(robot, table_height, limits).compile()
-    clearance = Clearance(robot)
-    clearance.set_table(table_height)
     pairs = {}  # the kind and the two links of each pair of shapes that is tested
-    for kind, *names in clearance.pairs:
+    for kind, *names in Clearance(robot, table=table_height).pairs:
         first, second = (int(model.geom(name).id) for name in names)
         pairs[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
     data = mujoco.MjData(model)
