@@ -120,8 +120,8 @@ def pieces(faces: np.ndarray) -> np.ndarray:
 
 def fold_edges(topology: Topology, up: np.ndarray) -> np.ndarray:
     """Return the edges between triangles that face up and down, shape (s, 2)."""
-    ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
-    return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
+    one, other = up[topology.neighbours].T
+    return topology.inner_edges[one != other]
 
 
 def border_loops(faces: np.ndarray) -> list[np.ndarray]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from tatamu.folding.fingers import PAD
 from tatamu.robots.arm import MIN_HELD
-from tatamu.robots.clearance import Clearance, Distance
+from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import nearest_cloth
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS
@@ -156,7 +156,12 @@ class Checks:
         }
 
     def _distances(self) -> dict[str, PlanCheck]:
-        found = self._nearest()
+        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
+        some = Clearance(robot, table=height).least(angles[::EVERY])
+        found = {kind: replace(distance, row=distance.row * EVERY) for kind, distance in some.items()}
+        for kind, touch in touches(robot, height, angles).items():
+            if kind not in found or touch.value < found[kind].value:
+                found[kind] = touch
         cloth = self._task.cloth
         if cloth is not None:
             found[CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
@@ -172,16 +177,6 @@ class Checks:
             for kind in (*KINDS, CLOTH)
             if kind in found
         }
-
-    def _nearest(self) -> dict[str, Distance]:
-        """Return the smallest distance of the robot's links for each kind of distance, such as "between arms"."""
-        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
-        some = Clearance(robot, table=height).least(angles[::EVERY])
-        found = {kind: replace(distance, row=distance.row * EVERY) for kind, distance in some.items()}
-        for kind, touch in touches(robot, height, angles).items():
-            if kind not in found or touch.value < found[kind].value:
-                found[kind] = touch
-        return found
 
     def _singularity(self) -> PlanCheck:
         worst = np.array(

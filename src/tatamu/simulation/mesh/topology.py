@@ -59,7 +59,7 @@ class Topology:
         """The edges that two triangles share, shape (h, 2)."""
         return self.edges[self.faces_per_edge == 2]
 
-    @property
+    @cached_property
     def neighbours(self) -> np.ndarray:
         """The two triangles at each of the `inner_edges`, shape (h, 2)."""
         return self._inner % len(self.faces)
