@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import replacing, write_text
+from tatamu.base.files import write_bytes, write_text
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
@@ -95,8 +95,7 @@ def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
     used = {asset.file for asset in (*spec.meshes, *spec.hfields)}
     for name, content in spec.assets.items():
         if name in used:
-            with replacing(folder / ASSETS / name) as temporary:
-                temporary.write_bytes(content)
+            write_bytes(folder / ASSETS / name, content)
     spec.meshdir = spec.texturedir = ASSETS
     write_text(folder / MODEL, str(spec.to_xml()))
 
