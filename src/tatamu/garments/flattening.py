@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components, maximum_flow
+from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from scipy.sparse.linalg import splu
 
 from tatamu.base.errors import InputError
 from tatamu.garments.meshfile import border_loops, fold_edges, pieces
-from tatamu.simulation.mesh.topology import Topology, twice_areas
+from tatamu.simulation.mesh.topology import Topology, areas, edge_lengths, twice_areas
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,7 @@ def panel_numbers(faces: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """Return the index of each triangle's panel in the sewing pattern, shape (m,)."""
     keys = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 6)])
     _, corner = np.unique(keys, axis=0, return_inverse=True)
-    corner = corner.reshape(-1, 3)
-    sides = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]])
-    joined = coo_array((np.ones(len(sides)), sides.T), shape=(corner.max() + 1,) * 2)
-    return np.asarray(connected_components(joined, directed=False)[1])[corner[:, 0]]
+    return pieces(corner.reshape(-1, 3))
 
 
 def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: float) -> np.ndarray:
@@ -96,9 +93,7 @@ def facing_up(points: np.ndarray, faces: np.ndarray, panels: np.ndarray, price: 
     A panel that mostly faces one way belongs to that side. Others are divided by a minimum cut of the graph of
     neighbouring triangles, in which each edge of the border has the cost `price`.
     """
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    normal = np.cross(b - a, c - a)[:, 2]
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    normal, area = twice_areas(points, faces), 2.0 * areas(points, faces)
     wish = normal.copy()
     for panel in np.unique(panels):
         own = panels == panel
@@ -122,12 +117,8 @@ def _cut(points: np.ndarray, faces: np.ndarray, wish: np.ndarray, price: float) 
     """
     topology = Topology(faces)
     count = len(faces)
-    owner = np.tile(np.arange(count), 3)
-    edge = topology.face_edges.T.ravel()
-    order = np.argsort(edge, kind="stable")
-    paired = order[np.repeat(topology.faces_per_edge, topology.faces_per_edge) == 2].reshape(-1, 2)
-    one, other = owner[paired[:, 0]], owner[paired[:, 1]]
-    length = np.linalg.norm(np.diff(points[topology.edges[edge[paired[:, 0]]]], axis=1)[:, 0], axis=1)
+    one, other = topology.neighbours.T
+    length = edge_lengths(points, topology.inner_edges)
     weight = np.round(1000.0 * price * length / length.mean()).astype(np.int32)
     wanted = np.round(1000.0 * np.abs(wish)).astype(np.int32)
     ups, downs = np.flatnonzero(wish > 0.0), np.flatnonzero(wish <= 0.0)

@@ -134,15 +134,10 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
             f"spacing: must be from {FINEST_GIVEN:g} m to a quarter of the shorter side ({largest_spacing(size):g} m), "
             f"given {spacing:g} m"
         )
-    if not spacing_is_possible(spacing, size, area):
+    if area / spacing**2 > 0.8 * MAX_VERTICES:
         raise InputError(f"spacing: {spacing:g} m makes more than {MAX_VERTICES} vertices; give a larger spacing")
 
 
 def largest_spacing(size: tuple[float, float]) -> float:
     """Return the maximum spacing for a width and length [m]."""
     return min(size) / 4.0
-
-
-def spacing_is_possible(spacing: float, size: tuple[float, float], area: float) -> bool:
-    """Return whether a spacing [m] suits a size [m] and an area of all layers [m^2]."""
-    return FINEST_GIVEN <= spacing <= largest_spacing(size) and area / spacing**2 <= 0.8 * MAX_VERTICES

@@ -109,9 +109,8 @@ def _sides(faces: np.ndarray) -> np.ndarray:
 
 def pieces(faces: np.ndarray) -> np.ndarray:
     """Return the index of the connected piece of each triangle, shape (m,), counted from the largest piece."""
-    rows, columns = faces.ravel(), np.roll(faces, 1, axis=1).ravel()
-    count = int(faces.max()) + 1
-    joined = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    sides = _sides(faces)
+    joined = csr_array((np.ones(len(sides)), sides.T), shape=(faces.max() + 1,) * 2)
     number = connected_components(joined, directed=False)[1][faces[:, 0]]
     found, sizes = np.unique(number, return_counts=True)
     rank = np.empty(int(found.max()) + 1, dtype=np.int64)
@@ -121,8 +120,8 @@ def pieces(faces: np.ndarray) -> np.ndarray:
 
 def fold_edges(topology: Topology, up: np.ndarray) -> np.ndarray:
     """Return the edges between triangles that face up and down, shape (s, 2)."""
-    ups = np.bincount(topology.face_edges[up].ravel(), minlength=len(topology.edges))
-    return topology.edges[(topology.faces_per_edge == 2) & (ups == 1)]
+    one, other = up[topology.neighbours].T
+    return topology.inner_edges[one != other]
 
 
 def border_loops(faces: np.ndarray) -> list[np.ndarray]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from contextlib import suppress
-from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -17,12 +16,11 @@ from tatamu.garments.garment import (
     check_spacing,
     default_spacing,
     largest_spacing,
-    spacing_is_possible,
 )
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import Panel, panel, without_chords
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.topology import Topology
+from tatamu.simulation.mesh.topology import Topology, among
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:
@@ -70,7 +68,7 @@ def front_and_back(
         vertices=np.column_stack([flat, height]),
         faces=np.concatenate([mesh.faces[:, ::-1], upper[front]]),
         material=material,
-        seams=np.array([pair for path in closed for pair in pairwise(path.tolist())], dtype=np.int64).reshape(-1, 2),
+        seams=_steps(closed),
         rest=np.column_stack([flat, np.zeros(len(flat))]),
         edges={side: upper[path] for side, path in mesh.paths.items()},
         openings=(*(side for side in outline.sides if side in openings), *outline.lines),
@@ -92,24 +90,24 @@ def _meshed(
     outline, notes = outline.without_marks(spacing)
     for _ in range(4):  # finer and finer
         with suppress(InputError):
+            check_spacing(spacing, outline.size, area)
             return panel(outline, spacing), spacing, notes
         spacing *= 0.75
-        if not spacing_is_possible(spacing, outline.size, area):
-            break
     raise InputError(
         "outline: has parts that are too narrow or too close together for a mesh; give a spacing in metres, "
         "or a simpler outline"
     )
 
 
+def _steps(paths: list[np.ndarray]) -> np.ndarray:
+    """Return the edges of a mesh along paths of vertices, shape (s, 2)."""
+    return np.concatenate([np.empty((0, 2), np.int64), *(np.column_stack([path[:-1], path[1:]]) for path in paths)])
+
+
 def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
     """Return whether each triangle belongs to the largest part that lines cut off, shape (m,)."""
     topology = Topology(mesh.faces)
-    walls = {tuple(sorted(pair)) for line in lines for pair in pairwise(line.tolist())}
-    through = np.array([tuple(edge) not in walls for edge in topology.edges.tolist()])[topology.face_edges]
-    face = np.repeat(np.arange(len(mesh.faces)), 3)[through.ravel()]
-    incident = csr_array(
-        (np.ones(len(face)), (face, topology.face_edges[through])), shape=(len(mesh.faces), len(topology.edges))
-    )
-    _, part = connected_components(incident @ incident.T, directed=False)
+    across = topology.neighbours[~among(topology.inner_edges, _steps(lines))]
+    joined = csr_array((np.ones(len(across)), across.T), shape=(len(mesh.faces),) * 2)
+    _, part = connected_components(joined, directed=False)
     return part == np.argmax(np.bincount(part))

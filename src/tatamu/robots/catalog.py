@@ -148,7 +148,7 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
     """Return an arm whose speeds are within the model, and add to `above` the joints whose speed was lowered."""
     limits = []
     for joint, speed in zip(arm.joints, arm.speed, strict=True):
-        own = file.speeds.get(joint)
+        own = file.limits.speeds.get(joint)
         if joint not in arm.faster_than_model and own is None and speed > MAX_SPEED:
             raise InputError(
                 f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s, because the model states no "
@@ -186,10 +186,10 @@ def _notes(
             f"factor: {', '.join(above)}; to use your speed, name the joints in faster_than_model"
         )
     soft = [
-        f"{name} {joint} {files[name].soft[joint]}"
+        f"{name} {joint} {files[name].limits.soft[joint]}"
         for name, arm in arms.items()
         for joint in (*arm.joints, *arm.jaw.fingers)
-        if joint in files[name].soft
+        if joint in files[name].limits.soft
     ]
     if soft:
         yield f"{path}: plans keep to the soft limits, which are narrower than the hard limits [rad]: {', '.join(soft)}"

@@ -5,14 +5,14 @@ A check has the worst value during the motion, the limit of this value, and the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tatamu.folding.fingers import PAD
-from tatamu.robots.arm import MIN_HELD, Jaw
-from tatamu.robots.clearance import Clearance, Distance
+from tatamu.robots.arm import MIN_HELD
+from tatamu.robots.clearance import Clearance
 from tatamu.robots.cloth import nearest_cloth
 from tatamu.robots.motion import Motion
 from tatamu.robots.pairs import CLOTH, DISTANCES, KINDS
@@ -140,23 +140,28 @@ class Checks:
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """Check how the hands grasp the edges of the cloth. If two hands fold, the worse hand counts."""
-        row = int(self._motion.rows("close")[0])
-        takes = _takes(self._task, self._tools[:, row])
+        row, arms = int(self._motion.rows("close")[0]), self._task.robot.folding
+        depth, held, lowest, askew = zip(*_grasps(self._task, self._tools[:, row]), strict=True)
 
-        def worst(value: Callable[[_Take], float], limit: float, unit: str = "m", least: bool = False) -> PlanCheck:
-            take = (min if least else max)(takes, key=value)
-            return self._check(value(take), limit, unit, row, take.arm, least=least)
+        def worst(values: Sequence[float], limit: float, unit: str = "m", least: bool = False) -> PlanCheck:
+            arm = int(np.argmin(values) if least else np.argmax(values))
+            return self._check(values[arm], limit, unit, row, arms[arm].name, least=least)
 
         return {
-            "hem_in_the_open_jaw": worst(lambda take: take.depth, PAD, least=True),
-            "cloth_in_the_closed_jaw": worst(lambda take: take.held, MIN_HELD, least=True),
-            "lower_finger_under_the_hem": worst(lambda take: take.lowest, UNDERNEATH),
-            "jaw_across_the_hem": worst(lambda take: take.askew, max(take.jaw.yaw for take in takes) + ASKEW, "rad"),
-            "jaw_opening": worst(lambda take: take.jaw.opening, min(take.jaw.widest for take in takes)),
+            "hem_in_the_open_jaw": worst(depth, PAD, least=True),
+            "cloth_in_the_closed_jaw": worst(held, MIN_HELD, least=True),
+            "lower_finger_under_the_hem": worst(lowest, UNDERNEATH),
+            "jaw_across_the_hem": worst(askew, max(arm.jaw.yaw for arm in arms) + ASKEW, "rad"),
+            "jaw_opening": worst([arm.jaw.opening for arm in arms], min(arm.jaw.widest for arm in arms)),
         }
 
     def _distances(self) -> dict[str, PlanCheck]:
-        found = self._nearest()
+        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
+        some = Clearance(robot, table=height).least(angles[::EVERY])
+        found = {kind: replace(distance, row=distance.row * EVERY) for kind, distance in some.items()}
+        for kind, touch in touches(robot, height, angles).items():
+            if kind not in found or touch.value < found[kind].value:
+                found[kind] = touch
         cloth = self._task.cloth
         if cloth is not None:
             found[CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
@@ -172,18 +177,6 @@ class Checks:
             for kind in (*KINDS, CLOTH)
             if kind in found
         }
-
-    def _nearest(self) -> dict[str, Distance]:
-        """Return the smallest distance of the robot's links for each kind of distance, such as "between arms"."""
-        robot, height, angles = self._task.robot, self._task.table, self._motion.angles
-        clearance = Clearance(robot)
-        clearance.set_table(height)
-        some = clearance.least(angles[::EVERY])
-        found = {kind: replace(distance, row=distance.row * EVERY) for kind, distance in some.items()}
-        for kind, touch in touches(robot, height, angles).items():
-            if kind not in found or touch.value < found[kind].value:
-                found[kind] = touch
-        return found
 
     def _singularity(self) -> PlanCheck:
         worst = np.array(
@@ -203,26 +196,15 @@ class Checks:
         return self._check(value, MAX_SLOWING / self._motion.speed_scale, "1", slowest, "slowest")
 
 
-@dataclass(frozen=True)
-class _Take:
-    """The grasp of one hand at the moment when its jaw starts to close; see docs/theory/grasp.md."""
+def _grasps(task: PlacedFold, tools: np.ndarray) -> Iterator[tuple[float, float, float, float]]:
+    """Yield the grasp of each hand from the poses X_BT of the arms' tools when the jaws start to close.
 
-    arm: str
-    jaw: Jaw
-    depth: float
-    """Distance from the cloth's edge to the place where the fingertips will meet [m]."""
-    held: float
-    """Depth to which the cloth is between the fingertips after the jaw has closed [m]."""
-    lowest: float
-    """Height of the lower finger of the open jaw above the table [m]."""
-    askew: float
-    """Angle by which the jaw deviates from the plane at right angles to the cloth's edge, seen from above [rad]."""
-
-
-def _takes(task: PlacedFold, tools: np.ndarray) -> list[_Take]:
-    """Return the grasp of each hand from the poses X_BT of the arms' tools when the jaws start to close."""
+    See docs/theory/grasp.md. The values are the distance from the cloth's edge to the place where the fingertips will
+    meet [m], the depth to which the cloth is between the fingertips after the jaw has closed [m], the height of the
+    lower finger of the open jaw above the table [m], and the angle by which the jaw deviates from the plane at right
+    angles to the cloth's edge, seen from above [rad].
+    """
     X_BF = task.placement.matrix
-    found = []
     for arm, curve, X_BT in zip(task.robot.folding, task.hands.curves, tools, strict=True):
         control, jaw = curve.control, arm.jaw
         across = X_BF[:2, :2] @ (control[-1] - control[0])[:2]
@@ -233,8 +215,7 @@ def _takes(task: PlacedFold, tools: np.ndarray) -> list[_Take]:
         depth, height = float((X_BT[:3, 3] - hem)[:2] @ across), float(X_BT[2, 3] - hem[2])
         lowest = height - (jaw.opening / 2 + jaw.thickness) * float(opening[2])
         askew = float(np.arccos(np.clip(seen @ across, -1.0, 1.0)))
-        found.append(_Take(arm.name, jaw, depth, jaw.held(depth, height), lowest, askew))
-    return found
+        yield depth, jaw.held(depth, height), lowest, askew
 
 
 def in_words(value: float, limit: float, unit: str, ok: bool) -> tuple[str, str, str]:

@@ -34,13 +34,16 @@ class Distance:
 class Clearance:
     """Computes distances between the collision shapes of a robot, its surroundings and the table."""
 
-    def __init__(self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None) -> None:
+    def __init__(
+        self, robot: Robot, kinds: tuple[str, ...] = KINDS, arm: str | None = None, table: float = -10.0
+    ) -> None:
         """Prepare the computation for pairs of shapes.
 
         Args:
             robot: The robot.
             kinds: Kinds of pairs that are compared, such as "between arms".
             arm: Name of the arm whose pairs are compared; None for both arms.
+            table: Height of the table top in B [m], which `set_table` changes; by default far below the robot.
         """
         mujoco = needed("mujoco")
         self._mujoco, self.model = mujoco, robot.model
@@ -60,12 +63,7 @@ class Clearance:
         self._radius = np.where(np.isfinite(radius) & (radius > 0), radius, np.inf)
         self._thickness = np.where(self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, np.nan)
         self._thickness[self._table] = self.model.geom_size[self._table][2]
-        self.set_table(-10.0)
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """Kinds of pairs, such as "between arms", for which the model has shapes."""
-        return tuple(self._pairs)
+        self.set_table(table)
 
     @property
     def pairs(self) -> list[tuple[str, str, str]]:

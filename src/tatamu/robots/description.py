@@ -239,5 +239,4 @@ def model_of(path: Path, description: Description, model: str) -> ModelFile:
     file = path.parent / model
     if not file.is_file():
         raise InputError(f"{path}: model: there is no file {file}")
-    packages = {name: path.parent / folder for name, folder in description.packages.items()}
-    return read_model(file, packages)
+    return read_model(file, {name: path.parent / folder for name, folder in description.packages.items()})

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.base.files import replacing
+from tatamu.base.files import write_bytes
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE
 from tatamu.robots.pose import frame_pose, into, out_of
@@ -38,8 +38,7 @@ def save_film(rehearsal: Rehearsal, fold: Rollout | None, path: Path) -> str | N
         return one_line(error)
     buffer = io.BytesIO()
     frames[0].save(buffer, "GIF", save_all=True, append_images=frames[1:], duration=1000 // RATE, loop=0)
-    with replacing(path) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+    write_bytes(path, buffer.getvalue())
     return None
 
 

@@ -17,9 +17,8 @@ from tatamu.folding.fingers import FingerSize
 from tatamu.folding.manipulation import VIA_EVERY
 from tatamu.robots.arm import Arm
 from tatamu.robots.bags import write_ros1, write_ros2
-from tatamu.robots.chain import Chain
 from tatamu.robots.goals import write_goals
-from tatamu.robots.paths import tool_poses
+from tatamu.robots.paths import Paths, tool_poses
 from tatamu.robots.picture import reach_svg
 from tatamu.robots.placement import Hold
 from tatamu.robots.plan import RobotPlan
@@ -153,9 +152,8 @@ def _via_points(plan: RobotPlan) -> ToolViaPoints:
     fine = np.linspace(0, fold.timed.duration, 20001)
     driven = fold.start + np.interp(times, fold.timed.parameter(fine), fine)
     q = np.array([fold.timed.angles(np.array([time - fold.start]))[0] for time in driven])
-    chains = tuple(Chain.of(task.robot, arm) for arm in task.robot.folding)
     offsets = np.array([offset for _, offset, _ in task.grips])
-    tools = tool_poses(task.robot, chains, q)[:, :, :3, 3] - offsets[:, None]
+    tools = tool_poses(task.robot, Paths(task).chains, q)[:, :, :3, 3] - offsets[:, None]
     return ToolViaPoints(
         every_frames=VIA_EVERY,
         frames=[task.hands.frame(float(time)) for time in times],

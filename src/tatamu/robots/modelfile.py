@@ -17,7 +17,7 @@ import trimesh
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.urdf import Urdf, located, read_urdf
+from tatamu.robots.urdf import JointLimits, located, read_urdf
 
 MAX_FILE = 64 * MIB
 """Maximum size of a model file, and of each file that the model names [bytes]."""
@@ -33,12 +33,7 @@ class ModelFile:
 
     spec: Any
     """The model, a mujoco.MjSpec. Its assets, such as meshes, are named by their content; `give` adds them to it."""
-    speeds: Mapping[str, float]
-    """Speed limits of the joints that state a limit [rad/s, m/s]."""
-    soft: Mapping[str, str]
-    """Soft limits that are narrower than the hard limits, as text, by the name of the joint."""
-    continuous: frozenset[str] | None
-    """Names of the joints without limits that may turn freely; None if any joint without limits may."""
+    limits: JointLimits
     mended: tuple[str, ...]
     """Names of links whose mass or inertia is impossible and was replaced."""
     contents: Mapping[str, bytes]
@@ -58,35 +53,31 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
         InputError: If the file or a file that it names cannot be read.
     """
     mujoco = needed("mujoco")
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such file")
     root = _parsed(path)
     if root.tag not in ("robot", "mujoco"):
         raise InputError(f"{path}: must be a URDF (<robot>) or an MJCF (<mujoco>), given <{root.tag[:40]}>")
     store = _Store(path)
-    urdf: Urdf | None = None
+    removed: list[str] = []
     try:
         if root.tag == "robot":
-            urdf = read_urdf(path, root, lambda name: store.mesh(located(name, path, packages)))
-            spec = mujoco.MjSpec.from_string(urdf.text)
+            text, limits, removed = read_urdf(path, root, lambda name: store.mesh(located(name, path, packages)))
+            spec = mujoco.MjSpec.from_string(text)
         else:
             store.files += _included(path, root)
             # MuJoCo finds the assets of an included file in another folder only if the path is absolute.
             spec = mujoco.MjSpec.from_file(os.path.abspath(path))
             _keep_assets(spec, path, store)
+            limits = JointLimits({}, _commanded_limits(spec), None)
     except ValueError as error:
         raise InputError(f"{path}: must be a URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
     spec.compiler.fusestatic = False
     spec.option.disableflags = spec.option.enableflags = 0  # a model may switch off contacts
-    soft = urdf.soft if urdf else _commanded_limits(spec)
     for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan needs none of these parts
         spec.delete(part)
     return ModelFile(
         spec=spec,
-        speeds=urdf.speeds if urdf else {},
-        soft=soft,
-        continuous=urdf.continuous if urdf else None,
-        mended=(*(urdf.without_inertia if urdf else ()), *_mend_dynamics(spec)),
+        limits=limits,
+        mended=(*removed, *_mend_dynamics(spec)),
         contents=store.contents,
         files=tuple(dict.fromkeys(store.files)),
     )
@@ -134,7 +125,7 @@ def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
     mujoco, spec = needed("mujoco"), model.spec
     found = []
     for joint in filter(None, map(spec.joint, joints)):
-        free = model.continuous is None or joint.name in model.continuous
+        free = model.limits.continuous is None or joint.name in model.limits.continuous
         if free and joint.type == mujoco.mjtJoint.mjJNT_HINGE and not _is_limited(spec, joint):
             joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
             joint.range = [sign * 2 * np.pi / _unit(spec, joint) for sign in (-1, 1)]

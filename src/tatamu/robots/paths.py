@@ -82,9 +82,14 @@ class PlacedFold:
     @cached_property
     def grips(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """The values of `Grip.tool` for each arm."""
-        ends = self.hands.at(self.hands.times[[0, -1]])
-        grips = [Grip.of(arm.jaw, path) for arm, path in zip(self.robot.folding, ends, strict=True)]
+        grips = grips_of(self.robot, self.hands)
         return [grip.tool(self.placement.yaw, hold) for grip, hold in zip(grips, self.holds, strict=True)]
+
+
+def grips_of(robot: Robot, hands: HandMotion) -> list[Grip]:
+    """Return the grip of each hand by the arm that follows it."""
+    ends = hands.at(hands.times[[0, -1]])
+    return [Grip.of(arm.jaw, path) for arm, path in zip(robot.folding, ends, strict=True)]
 
 
 def cloth_of(fold: Result | ResultFolder) -> Rollout | None:

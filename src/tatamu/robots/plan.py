@@ -11,17 +11,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from tatamu.base.errors import InputError
 from tatamu.robots.checks import Checks, failing
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, cloth_of
-from tatamu.robots.placement import Placement, Refused
+from tatamu.robots.placement import Refused
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import SEARCH, PlacementRanking, best_placements, out_of_reach, search, table_heights
+from tatamu.robots.reach import SEARCH, PlacementRanking, best_placements, out_of_reach, table_heights
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -81,16 +79,16 @@ class RobotPlan:
     def segments(self) -> tuple[Segment, ...]:
         """The parts of the motion. A program that plays the motion can stop between two parts."""
         closing, opening = self.motion.part("close"), self.motion.part("open")
+        close, release = ("", "") if self.task.hover else ("close", "open")
         spans = (
-            ("approach", 0.0, closing.start, "close"),
-            ("fold", closing.end, opening.start, "open"),
+            ("approach", 0.0, closing.start, close),
+            ("fold", closing.end, opening.start, release),
             ("leave", opening.end, max(part.end for part in self.motion.parts), ""),
         )
-        found = []
-        for name, begins, ends, then in spans:
-            fields = {"name": name, "start": round(begins, 6), "duration": round(ends - begins, 6)}
-            found.append(Segment.model_validate({**fields, "then": "" if self.task.hover else then}))
-        return tuple(found)
+        return tuple(
+            Segment.model_validate({"name": name, "start": round(a, 6), "duration": round(b - a, 6), "then": then})
+            for name, a, b, then in spans
+        )
 
 
 def plan_fold(
@@ -156,15 +154,8 @@ def _candidates(
     progress: Callable[[int], object],
 ) -> list[tuple[PlacedFold, PlacementRanking]]:
     """Return the most promising placements of the fold, each as a fold to plan."""
-    cloth = cloth_of(source)
-    if place is None:
-        reach = best_placements(robot, hands, heights, cloth, progress)
-    else:
-        x, y, yaw = place
-        levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
-        turning = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
-        tried = [Placement(x, y, float(z), yaw, turn) for z in levels for turn in turning]
-        reach = search(robot, hands, tried, fine=True, cloth=cloth, progress=progress)
+    turnings = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
+    reach = best_placements(robot, hands, heights, cloth_of(source), progress, place, turnings)
     count = min(CANDIDATES, reach.good)
     if count == 0:
         refusals.append(out_of_reach(robot, hands, reach))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -78,10 +78,12 @@ def best_placements(
     heights: tuple[float, float],
     cloth: Rollout | None = None,
     progress: Progress = lambda done: None,
+    place: Sequence[float] | None = None,
+    turnings: Sequence[float] = (0.0,),
 ) -> PlacementRanking:
     """Search placements in front of the robot from which it can do a fold, the best first.
 
-    Learning for a robot and planning both ask this function.
+    Learning for a robot, planning and datasets all ask this function.
 
     Args:
         robot: The robot.
@@ -89,7 +91,14 @@ def best_placements(
         heights: Lowest and highest table top in the base B [m].
         cloth: Simulated motion of the cloth, out of which the hands stay; None if it is not known.
         progress: Function that is called with how much is done, up to `SEARCH`.
+        place: x, y [m] and yaw [rad] of the fold, for which only the height is searched; None to search for all.
+        turnings: Values of `Placement.turning` that are tried at the given place.
     """
+    if place is not None:
+        x, y, yaw = place
+        levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
+        tried = [Placement(x, y, float(z), yaw, turning) for z in levels for turning in turnings]
+        return search(robot, hands, tried, fine=True, cloth=cloth, progress=progress)
     points = hands.at(hands.evenly(SAMPLES))
     coarse = search(robot, hands, grid(robot, points, heights), cloth=cloth, progress=progress)
     half = SEARCH // 2

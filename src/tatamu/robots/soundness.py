@@ -65,7 +65,7 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
                 f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
             )
     for arm in robot.arms:
-        if not Clearance(robot, ("to the table",), arm.name).kinds:
+        if not Clearance(robot, ("to the table",), arm.name).pairs:
             raise InputError(
                 f"{path}: {arm.name}: the model has no collision shapes, between which distances are measured"
             )
@@ -112,18 +112,20 @@ def _within(limits: np.ndarray, random: np.random.Generator) -> np.ndarray:
 
 def _check_names(path: Path, robot: Robot) -> None:
     """Refuse names in the description that the model does not have."""
+
+    def check(field: str, kind: str, name: str) -> None:
+        if getattr(robot.spec, kind)(name) is None:
+            raise InputError(f"{path}: {field}: the model has no {kind} {name!r}")
+
     for arm in robot.arms:
-        if robot.spec.body(arm.link) is None:
-            raise InputError(f"{path}: {arm.name}.link: the model has no body {arm.link!r}")
+        check(f"{arm.name}.link", "body", arm.link)
         for joint in arm.joints:
-            if robot.spec.joint(joint) is None:
-                raise InputError(f"{path}: {arm.name}.joints: the model has no joint {joint!r}")
+            check(f"{arm.name}.joints", "joint", joint)
     for joint in robot.rarm.joints:
         if joint in robot.larm.joints:
             raise InputError(f"{path}: rarm.joints: {joint} already belongs to larm")
     for joint in robot.standing:
-        if robot.spec.joint(joint) is None:
-            raise InputError(f"{path}: standing: the model has no joint {joint!r}")
+        check("standing", "joint", joint)
         if joint in robot.joints:
             raise InputError(f"{path}: standing: {joint} must be outside the arms, given a joint of an arm")
     for arm in robot.arms:
@@ -131,10 +133,9 @@ def _check_names(path: Path, robot: Robot) -> None:
             if robot.spec.joint(joint) is None or joint in robot.joints:
                 raise InputError(f"{path}: {arm.name}.jaw.fingers: the model has no joint {joint!r} outside the arms")
         for link in arm.jaw.links:
-            if robot.spec.body(link) is None:
-                raise InputError(f"{path}: {arm.name}.jaw.links: the model has no body {link!r}")
-    if robot.base != "world" and robot.spec.body(robot.base) is None:
-        raise InputError(f"{path}: base: the model has no body {robot.base!r}")
+            check(f"{arm.name}.jaw.links", "body", link)
+    if robot.base != "world":
+        check("base", "body", robot.base)
 
 
 def _check_numbers(path: Path, model: Any) -> None:

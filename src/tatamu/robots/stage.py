@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import replacing, write_text
+from tatamu.base.files import write_bytes, write_text
 from tatamu.robots.clearance import Clearance, Distance
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.model import TABLE, Robot, with_tools
@@ -57,9 +57,7 @@ def stage(robot: Robot, table_height: float, margins: Mapping[str, float] | None
         geom.contype = geom.conaffinity = 0
     for pair in list(spec.pairs):
         spec.delete(pair)
-    clearance = Clearance(robot)
-    clearance.set_table(table_height)
-    for kind, first, second in clearance.pairs:
+    for kind, first, second in Clearance(robot, table=table_height).pairs:
         spec.add_pair(geomname1=first, geomname2=second, margin=(margins or {}).get(kind, 0.0))
     spec.add_key(name="start", qpos=robot.initial)
     return spec
@@ -79,10 +77,8 @@ def touches(robot: Robot, table_height: float, configurations: np.ndarray) -> di
     mujoco = needed("mujoco")
     limits = {kind: limit.allowed for kind, limit in DISTANCES.items()}
     model = stage(robot, table_height, limits).compile()
-    clearance = Clearance(robot)
-    clearance.set_table(table_height)
     pairs = {}  # the kind and the two links of each pair of shapes that is tested
-    for kind, *names in clearance.pairs:
+    for kind, *names in Clearance(robot, table=table_height).pairs:
         first, second = (int(model.geom(name).id) for name in names)
         pairs[frozenset((first, second))] = (kind, (link_name(model, first), link_name(model, second)))
     data = mujoco.MjData(model)
@@ -107,8 +103,7 @@ def save_stage(robot: Robot, table_height: float, folder: Path) -> None:
     used = {asset.file for asset in (*spec.meshes, *spec.hfields)}
     for name, content in spec.assets.items():
         if name in used:
-            with replacing(folder / ASSETS / name) as temporary:
-                temporary.write_bytes(content)
+            write_bytes(folder / ASSETS / name, content)
     spec.meshdir = spec.texturedir = ASSETS
     write_text(folder / MODEL, str(spec.to_xml()))
 

@@ -20,27 +20,28 @@ XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{htt
 
 
 @dataclass(frozen=True)
-class Urdf:
-    """A URDF that is prepared for MuJoCo, with new names for its mesh files and the stricter limits of its joints."""
+class JointLimits:
+    """What a model states about the limits of its joints besides their ranges."""
 
-    text: str
-    speeds: dict[str, float]
+    speeds: Mapping[str, float]
     """Speed limits of the joints that state a limit [rad/s, m/s]."""
-    soft: dict[str, str]
+    soft: Mapping[str, str]
     """Soft limits that are narrower than the hard limits, as text, by the name of the joint."""
-    continuous: frozenset[str]
-    """Names of the joints without limits."""
-    without_inertia: list[str]
-    """Names of links whose mass or inertia was removed because it lacks numbers."""
+    continuous: frozenset[str] | None
+    """Names of the joints without limits that may turn freely; None if any joint without limits may."""
 
 
-def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> Urdf:
+def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str]) -> tuple[str, JointLimits, list[str]]:
     """Prepare a URDF for MuJoCo. Visual shapes are removed, because distances are computed between collision shapes.
 
     Args:
         path: The file, for messages.
         root: Root element of the file. The function changes this element.
         keep: Function from the name of a mesh file in the URDF to its name for MuJoCo.
+
+    Returns:
+        The URDF with new names for its mesh files and the stricter limits of its joints; the limits; and the names of
+        links whose mass or inertia was removed because it lacks numbers.
 
     Raises:
         InputError: If the file is xacro, or a field is wrong.
@@ -71,7 +72,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
         for joint in root.iterfind("joint")
         if (speed := _number(path, joint, joint.find("limit"), "velocity") or 0.0) > 0  # many exporters write 0
     }
-    return Urdf(ElementTree.tostring(root, encoding="unicode"), speeds, soft, free, removed)
+    return ElementTree.tostring(root, encoding="unicode"), JointLimits(speeds, soft, free), removed
 
 
 def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:

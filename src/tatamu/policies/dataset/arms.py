@@ -7,7 +7,7 @@ hands' positions follow by forward kinematics. Frames: F of the fold, B of the r
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -23,10 +23,10 @@ from tatamu.robots.clearance import Clearance
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.pairs import DISTANCES
-from tatamu.robots.paths import follow, tool_poses
+from tatamu.robots.paths import follow, grips_of, tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement, Refused
 from tatamu.robots.pose import out_of, pose
-from tatamu.robots.reach import best_placements, search, table_heights
+from tatamu.robots.reach import best_placements, table_heights
 
 
 class OutOfReachError(TatamuError):
@@ -57,22 +57,14 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
         heights = table_heights(robot, wanted.table_height)
     except Refused as error:
         raise InputError(f"robot.table_height: {error}") from None
-    if wanted.place is None:
-        found = best_placements(robot, hands, heights)
-    else:
-        x, y, yaw = wanted.place
-        levels = np.linspace(*heights, 1 if heights[0] == heights[1] else 7)
-        found = search(robot, hands, [Placement(x, y, float(z), yaw) for z in levels], fine=True)
+    found = best_placements(robot, hands, heights, place=wanted.place)
     if not found.good:
         raise InputError(f"robot: {wanted.name} cannot reach the largest fold that may be drawn; give smaller sizes")
-    best = found.placements[0]
-    ends = hands.at(hands.times[[0, -1]])
-    grips = [Grip.of(arm.jaw, path) for arm, path in zip(robot.arms, ends, strict=True)]
     return Stand(
         robot=wanted.name,
-        place=[best.x, best.y, best.z, best.yaw, best.turning],
+        place=list(astuple(found.placements[0])),
         holds=[(hold.tilt, hold.yaw, hold.flipped) for hold in found.holds[0]],
-        grips=[(grip.heading, grip.over) for grip in grips],
+        grips=[(grip.heading, grip.over) for grip in grips_of(robot, hands)],
     )
 
 
@@ -88,10 +80,9 @@ class Arms:
     @classmethod
     def at(cls, stand: Stand) -> Arms:
         """Make the arms."""
-        x, y, z, yaw, turning = stand.place
         robot = load(stand.robot)
         grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))
-        return cls(robot, Placement(x, y, z, yaw, turning), tuple(Hold(*hold) for hold in stand.holds), grips)
+        return cls(robot, Placement(*stand.place), tuple(Hold(*hold) for hold in stand.holds), grips)
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
         """Return the robot's states before the first step and after each step, float32, shape (steps + 1, k).
@@ -129,7 +120,7 @@ class Arms:
         trunk = angles[:, -1] if self.robot.trunk else 0.0
         q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : right]], trunk)
         X_BF = self.placement.matrix
-        offsets = np.array([offset for _, offset in self._tools])[:, None]
+        offsets = np.array([offset for _, offset, _ in self._tools])[:, None]
         points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
         return points.transpose(1, 0, 2), numbers[:, [left, right]] < 0.5
 
@@ -146,10 +137,9 @@ class Arms:
         return [left, left + 1 + right]
 
     @cached_property
-    def _tools(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """R_BT of each tool, and the offset from the hand to the tool [m], both in B."""
-        tools = [grip.tool(self.placement.yaw, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
-        return [(rotation, offset) for rotation, offset, _ in tools]
+    def _tools(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """The values of `Grip.tool` for each arm."""
+        return [grip.tool(self.placement.yaw, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
 
     @cached_property
     def _chains(self) -> tuple[Chain, ...]:
@@ -159,7 +149,7 @@ class Arms:
         """Return configurations [rad] that follow pairs of positions of the tools in F [m], shape (n, 2, 3)."""
         points = out_of(self.placement.matrix, places).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))
-        tools = [pose(rotation, path + offset) for (rotation, offset), path in zip(self._tools, points, strict=True)]
+        tools = [pose(rotation, path + offset) for (rotation, offset, _), path in zip(self._tools, points, strict=True)]
         start = self.robot.configuration([arm.initial for arm in self.robot.arms])
         q, missed = follow(self.robot, self._chains, np.stack(tools), trunk, start)
         if missed is not None:
@@ -167,16 +157,13 @@ class Arms:
         return q
 
     def _check_clearance(self, q: np.ndarray) -> None:
-        clearance = Clearance(self.robot)
-        clearance.set_table(self.placement.z)
-        for kind, found in clearance.least(q).items():
+        for kind, found in Clearance(self.robot, table=self.placement.z).least(q).items():
             if not found.value >= DISTANCES[kind].searched:
                 first, second = found.pair
                 raise OutOfReachError(f"{first} comes too close to {second} at step {found.row}")
 
     def _states(self, q: np.ndarray, led: Led) -> np.ndarray:
-        columns = [[self.robot.columns[name] for name in arm.joints] for arm in self.robot.arms]
         opening = np.where(np.append(False, led.closed), 0.0, 1.0)[:, None]
-        parts = [part for column in columns for part in (q[:, column], opening)]
+        parts = [part for arm in self.robot.arms for part in (q[:, self.robot.arm_columns(arm)], opening)]
         trunk = [] if self.robot.trunk is None else [q[:, [self.robot.columns[self.robot.trunk]]]]
         return np.hstack([*parts, *trunk]).astype(np.float32)

@@ -75,10 +75,6 @@ def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
     (measured with Blender 5.0.1).
     """
     topology = Topology(faces)
-    edges = topology.face_edges.ravel()
-    order = np.argsort(edges, kind="stable")
-    shared = order[np.isin(edges[order], np.flatnonzero(topology.faces_per_edge == 2))]
-    owners = (shared // 3).reshape(-1, 2)  # the two triangles at each inner edge
     corners = topology.hinges[:, [0, 3, 1, 2]]  # in order around the quadrilateral
     across = points[topology.hinges[:, 1]] - points[topology.hinges[:, 0]]
     along_y = np.abs(across[:, 1]) / np.linalg.norm(across, axis=1)
@@ -86,7 +82,7 @@ def joined(points: np.ndarray, faces: np.ndarray) -> list[list[int]]:
     taken = np.zeros(len(faces), dtype=bool)
     quads: list[list[int]] = []
     for number in np.argsort(_skewness(points[corners]) + rows * along_y, kind="stable"):
-        pair = owners[number]
+        pair = topology.neighbours[number]
         if not taken[pair].any():
             taken[pair] = True
             quads.append(corners[number].tolist())

@@ -49,14 +49,29 @@ class Topology:
         return self._grouped[1].reshape(3, -1).T
 
     @cached_property
+    def _inner(self) -> np.ndarray:
+        """The two sides at each inner edge, in the order of `edges`, shape (h, 2)."""
+        order = np.argsort(self._grouped[1].ravel(), kind="stable")
+        return order[np.repeat(self.faces_per_edge, self.faces_per_edge) == 2].reshape(-1, 2)
+
+    @property
+    def inner_edges(self) -> np.ndarray:
+        """The edges that two triangles share, shape (h, 2)."""
+        return self.edges[self.faces_per_edge == 2]
+
+    @cached_property
+    def neighbours(self) -> np.ndarray:
+        """The two triangles at each of the `inner_edges`, shape (h, 2)."""
+        return self._inner % len(self.faces)
+
+    @cached_property
     def hinges(self) -> np.ndarray:
         """Inner edges (x0, x1) in the order of `edges` and opposite vertices (x2, x3), shape (h, 4).
 
         The triangle (x0, x1, x2) has the same orientation as in `faces`.
         """
         _, opposite = self._sides
-        order = np.argsort(self._grouped[1].ravel(), kind="stable")
-        inner = order[np.repeat(self.faces_per_edge, self.faces_per_edge) == 2].reshape(-1, 2)
+        inner = self._inner
         corner, face = np.divmod(inner[:, 0], len(self.faces))  # the ends are in the order of this triangle's corners
         ends = [self.faces[face, (corner + k) % 3] for k in (1, 2)]
         return np.column_stack([*ends, opposite[inner[:, 0]], opposite[inner[:, 1]]])
@@ -144,6 +159,6 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
         raise ValueError(
             f"faces must be at most {most} around a vertex, given {around.max()} around vertex {int(around.argmax())}"
         )
-    apart = ~among(seams, topology.edges[topology.faces_per_edge == 2])
+    apart = ~among(seams, topology.inner_edges)
     if apart.any():
         raise ValueError(f"seams must be edges shared by two triangles, given {seams[apart.argmax()].tolist()}")
