@@ -59,10 +59,11 @@ def failed(fold: Fold, length: float, error: str) -> Evaluation:
     return Evaluation({}, length, objective, objective, None, error)
 
 
-def unsimulated(task: Task, parameters: Mapping[str, int | float], error: str) -> Evaluation:
-    """Return the evaluation of parameters that could not be simulated."""
-    length = task.manipulation(parameters).trajectory_length
-    return replace(failed(task.fold, length, error), parameters=dict(parameters))
+def unsimulated(task: Task, made: Mapping[str, int | float] | Manipulation, error: str) -> Evaluation:
+    """Return the evaluation of parameters, or of a manipulation, that could not be simulated."""
+    if isinstance(made, Manipulation):
+        return failed(task.fold, made.trajectory_length, error)
+    return replace(unsimulated(task, task.manipulation(made), error), parameters=dict(made))
 
 
 def refuse(task: Task, parameters: Mapping[str, int | float]) -> Evaluation | None:

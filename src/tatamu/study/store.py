@@ -49,7 +49,6 @@ class StudyStore:
         self._open_storage = open_storage
         self._name = name
         self._study: optuna.Study | None = None
-        self._known = 0
 
     @property
     def _opened(self) -> optuna.Study:
@@ -92,7 +91,6 @@ class StudyStore:
             difference = _difference(held, wanted)
             raise InputError(f"{self.label}: contains another study ({difference}); give another folder")
         self._study = study
-        self._known = len(trials)
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
     def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
@@ -125,8 +123,7 @@ class StudyStore:
             distributions=distributions(space),
             user_attrs=trial.attributes(),
         )
-        self._run(lambda: study.add_trial(frozen), lambda: len(study.get_trials(deepcopy=False)) > self._known)
-        self._known += 1
+        self._run(lambda: study.add_trial(frozen), lambda: len(study.get_trials(deepcopy=False)) > trial.number)
 
     @property
     def baselines(self) -> list[Baseline] | None:
