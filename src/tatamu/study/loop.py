@@ -156,7 +156,10 @@ class Study:
                 proposals.append(begun[0])
                 running.append(begun)
             if baselines and self.baselines is None:
-                fixed = self._begin_baselines()
+                task = self.evaluator.task
+                made = {name: make(task.fold) for name, (_, make) in BASELINES.items()}
+                simulate = Nominal(task).fixed
+                fixed = {name: (each, self._executor.submit(_timed, simulate, each)) for name, each in made.items()}
             while running:
                 if self._finish(*running.popleft()):
                     yield "trials"
@@ -196,13 +199,11 @@ class Study:
     def _ask(self, proposal: Proposal) -> Ask:
         """Return what the evaluator is asked."""
         parameters = dict(proposal)
-        if self._needs_reference:
-            return Ask(parameters)
         beat = min((each.minimised for each in self._told if each.score is not None), default=np.inf)
         count, reference = self.evaluator.scenario_count, self._reference
-        if not count or reference is None:
+        if not count:
             return Ask(parameters, beat=beat)
-        return Ask(parameters, order_scenarios(reference, self._told, count), beat)
+        return Ask(parameters, order_scenarios(reference, self._told, count), beat) if reference else Ask(parameters)
 
     def _submit(self, ask: Ask, *, undisturbed: bool = False) -> Future[Evaluation]:
         """Submit an ask to the executor, unless the robot cannot carry it out. Workers do not need the robot."""
@@ -293,11 +294,6 @@ class Study:
         found = {cause: self._result(each, f"scenario {first[cause]}", parameters) for cause, each in futures.items()}
         ends = {FAILED + cause: each.rollout.positions[-1] for cause, each in found.items() if each.rollout}
         return Success.of(task.fold, outcomes, limits), ends
-
-    def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
-        nominal = Nominal(self.evaluator.task)
-        made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
-        return {name: (each, self._executor.submit(_timed, nominal.fixed, each)) for name, each in made.items()}
 
     def progress(self, stage: Stage = "trials", simulated: int = 0, trial: Trial | None = None) -> Progress:
         """Return how far the study is, with the best trial, or with the one that is given."""
