@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from tatamu.base.errors import SimulationError
 from tatamu.evaluation.disturbances import NOMINAL, World, disturbed_scene, hand_failure
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
@@ -46,11 +48,15 @@ class Nominal(Evaluator):
         except SimulationError as error:
             return failed(fold, length, str(error))
         final = rollout.positions[-1]
-        flat, margin = fold.start[:, :2], 0.5  # width of the table around the cloth's start [m]
-        if (final[:, :2] < flat.min(0) - margin).any() or (final[:, :2] > flat.max(0) + margin).any():
+        if _left_table(fold, final):
             return replace(failed(fold, length, "the cloth left the table"), rollout=rollout)
         reached = score(fold, length, final)
         return Evaluation({}, length, reached.objective, reached.objective, reached, rollout=rollout)
+
+
+def _left_table(fold: Fold, final: np.ndarray) -> bool:
+    flat, margin = fold.start[:, :2], 0.5  # width of the table around the cloth's start [m]
+    return bool((final[:, :2] < flat.min(0) - margin).any() or (final[:, :2] > flat.max(0) + margin).any())
 
 
 def failed(fold: Fold, length: float, error: str) -> Evaluation:
