@@ -80,7 +80,9 @@ class SetUp:
     @cached_property
     def systematic(self) -> np.ndarray:
         """The systematic errors, shape (k,); drawn again if a hand fails because of them."""
-        drawn = (self.parts.mean + WIDER * self.parts.root @ self._normal(0, part) for part in count())
+        values, vectors = np.linalg.eigh(self.parts.systematic)
+        root = np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))  # root root' is the covariance
+        drawn = (self.parts.mean + WIDER * root @ self._normal(0, part) for part in count())
         return next(same for same in drawn if self._failure(same, self._task(())) is None)
 
     def random(self, index: int, part: int = 0) -> np.ndarray:

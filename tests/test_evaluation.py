@@ -26,13 +26,14 @@ from tatamu.evaluation.outcome import (
     UNSIMULATED,
     Outcome,
 )
-from tatamu.evaluation.scenarios import array_scenarios, order_scenarios
+from tatamu.evaluation.scenarios import array_scenarios
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import ALPHA, Limits, Score, score
 from tatamu.search import Parameters
 from tatamu.simulation.rollout import Rollout
+from tatamu.study.loop import order_scenarios
 from tatamu.study.result import Result
 from tests.small_studies import X, plain, towel
 

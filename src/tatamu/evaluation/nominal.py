@@ -54,16 +54,22 @@ class Nominal(Evaluator):
         return Evaluation({}, length, reached.objective, reached.objective, reached, rollout=rollout)
 
 
+def _left_table(fold: Fold, final: np.ndarray) -> bool:
+    flat, margin = fold.start[:, :2], 0.5  # width of the table around the cloth's start [m]
+    return bool((final[:, :2] < flat.min(0) - margin).any() or (final[:, :2] > flat.max(0) + margin).any())
+
+
 def failed(fold: Fold, length: float, error: str) -> Evaluation:
     """Return the evaluation of a simulation that failed: alpha D as of twice the distance of untouched cloth."""
     objective = length + 2.0 * ALPHA * shape_distance(vertex_distances(fold.target, fold.start))
     return Evaluation({}, length, objective, objective, None, error)
 
 
-def unsimulated(task: Task, parameters: Mapping[str, int | float], error: str) -> Evaluation:
-    """Return the evaluation of parameters that could not be simulated."""
-    length = task.manipulation(parameters).trajectory_length
-    return replace(failed(task.fold, length, error), parameters=dict(parameters))
+def unsimulated(task: Task, made: Mapping[str, int | float] | Manipulation, error: str) -> Evaluation:
+    """Return the evaluation of parameters, or of a manipulation, that could not be simulated."""
+    if isinstance(made, Manipulation):
+        return failed(task.fold, made.trajectory_length, error)
+    return replace(unsimulated(task, task.manipulation(made), error), parameters=dict(made))
 
 
 def refuse(task: Task, parameters: Mapping[str, int | float]) -> Evaluation | None:

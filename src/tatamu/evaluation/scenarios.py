@@ -12,7 +12,6 @@ so that the value falls with the number of scenarios passed, and no fold that fa
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -49,13 +48,6 @@ def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[Wo
     rows = np.zeros((len(signs), len(CHANNELS)))
     rows[:, columns] = level * signs
     return worlds_of(disturbances, rows)
-
-
-def order_scenarios(reference: Evaluation, others: Sequence[Evaluation], count: int) -> tuple[int, ...]:
-    """Return the scenarios in which the reference fold succeeds, those in which most other folds failed first."""
-    failures = Counter(index for each in others for index in each.failed_in)
-    able = [index for index in range(count) if index not in reference.failed_in]
-    return tuple(sorted(able, key=lambda index: (-failures[index], index)))
 
 
 @dataclass(frozen=True)

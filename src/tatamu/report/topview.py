@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from markupsafe import Markup
@@ -60,26 +59,7 @@ def extent(*shapes: np.ndarray, margin: float = 0.03, wide: int = WIDE) -> Exten
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin, wide)
 
 
-class Cloth(Protocol):
-    """The interface of objects whose cloth can be drawn from above."""
-
-    @property
-    def faces(self) -> np.ndarray:
-        """Triangles, shape (m, 3)."""
-        ...
-
-    @property
-    def start(self) -> np.ndarray:
-        """Positions of the cloth's vertices before the fold [m], shape (n, 3)."""
-        ...
-
-    @property
-    def lower(self) -> np.ndarray:
-        """Whether each triangle belongs to the lower layer, shape (m,)."""
-        ...
-
-
-def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
+def draw(fold: Result, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
     """Draw the cloth at positions `points` (n, 3) from above, `FINER` times larger than the final picture.
 
     The result is an image in linear light, shape (h, w, 4), and the mask of the cloth, shape (h, w).
@@ -95,7 +75,7 @@ def draw(fold: Cloth, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.
     return image, visible.mask
 
 
-def mask(fold: Cloth, points: np.ndarray, area: Extent) -> np.ndarray:
+def mask(fold: Result, points: np.ndarray, area: Extent) -> np.ndarray:
     """Return the mask of those pixels that the cloth, shape (n, 3), covers as seen from above, shape (h, w).
 
     The mask has the size of the image that `draw` returns.

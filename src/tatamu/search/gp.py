@@ -8,7 +8,6 @@ differ by hundredths and those of bad folds by whole numbers. A proposal takes a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -25,33 +24,8 @@ APART = 0.03
 cube."""
 
 
-@dataclass(frozen=True)
-class Maximisation:
-    """How to maximise an acquisition function: points are scattered, then clouds around the best become narrower.
-
-    Spreads are standard deviations in sides of the unit cube.
-    """
-
-    scattered: int = 1024
-    around_best: int = 512
-    """Number of points around the best trials at the start."""
-    best_trials: int = 4
-    spreads: tuple[float, ...] = (0.02, 0.1, 0.3)
-    kept: int = 6
-    """How many points each round keeps, to place new ones around them."""
-    per_kept: int = 21
-    rounds: int = 8
-    first_spread: float = 0.15
-    narrowing: float = 0.6
-    """Ratio of the spread in a round to that in the round before."""
-    changed: float = 0.6
-    """Probability, for each coordinate, that a new point differs from the one around which it is placed."""
-
-
 class GPSearch(Search):
     """Search that proposes the point of largest expected improvement. Its first proposal is random."""
-
-    maximisation = Maximisation()
 
     def propose(self) -> tuple[Parameters, float | None]:
         seed = self.sub_seed()
@@ -61,7 +35,7 @@ class GPSearch(Search):
         objectives = np.array([each.objective for each in self.known])
         pending = self.space.points(self.pending)
         taken = np.concatenate([points, pending])
-        best = points[np.argsort(objectives, kind="stable")[: self.maximisation.best_trials]]
+        best = points[np.argsort(objectives, kind="stable")[:4]]
         with THREADS.limit(limits=1):
             improvement = _acquisition(self.space, points, objectives, pending)
 
@@ -70,7 +44,7 @@ class GPSearch(Search):
                 near = (np.abs(at[:, None] - taken[None]).max(axis=2) < APART).any(axis=1)
                 return improvement(at) - 1e9 * near
 
-            point, height = maximise(acquisition, self.space, best, np.random.default_rng(seed), self.maximisation)
+            point, height = maximise(acquisition, self.space, best, np.random.default_rng(seed))
         return self.space.parameters(point), float(np.exp(height) / objectives.min())
 
 
@@ -106,31 +80,29 @@ def fit_standardised(
 
 
 def maximise(
-    acquisition: Callable[[np.ndarray], np.ndarray],
-    space: Space,
-    best: np.ndarray,
-    random: np.random.Generator,
-    settings: Maximisation,
+    acquisition: Callable[[np.ndarray], np.ndarray], space: Space, best: np.ndarray, random: np.random.Generator
 ) -> tuple[np.ndarray, float]:
     """Return the d coordinates of the point with the maximum acquisition, and this maximum.
 
-    Gradients would save little time, because a thousand points are evaluated in a millisecond.
+    Points are scattered over the cube and around the best trials, then clouds around the best points become narrower.
+    Spreads are standard deviations in sides of the cube. Gradients would save little time, because a thousand points
+    are evaluated in a millisecond.
     """
-    scattered = random.random((settings.scattered, space.dimensions))
-    middles = best[random.integers(len(best), size=settings.around_best)]
-    spreads = random.choice(settings.spreads, size=(settings.around_best, 1))
+    scattered = random.random((1024, space.dimensions))
+    middles = best[random.integers(len(best), size=512)]
+    spreads = random.choice((0.02, 0.1, 0.3), size=(len(middles), 1))
     around = middles + spreads * random.standard_normal(middles.shape)
     points = space.snap(np.concatenate([scattered, around]))
     heights = acquisition(points)
-    spread = settings.first_spread
-    for _ in range(settings.rounds):
-        top = np.argsort(-heights, kind="stable")[: settings.kept]
-        middles = np.repeat(points[top], settings.per_kept, axis=0)
+    spread = 0.15
+    for _ in range(8):
+        top = np.argsort(-heights, kind="stable")[:6]
+        middles = np.repeat(points[top], 21, axis=0)
         steps = spread * random.standard_normal(middles.shape)
-        changed = random.random(middles.shape) < settings.changed
+        changed = random.random(middles.shape) < 0.6  # other coordinates stay those of the point in the middle
         cloud = space.snap(middles + steps * changed)
         points = np.concatenate([points[top], cloud])
         heights = np.concatenate([heights[top], acquisition(cloud)])
-        spread *= settings.narrowing
+        spread *= 0.6
     highest = int(np.argmax(heights))
     return points[highest], float(heights[highest])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import optuna
 from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
@@ -30,6 +29,9 @@ class OptunaSearch(Search):
     Each proposal has its own sampler with its own seed, so that a resumed study makes the same proposals.
     """
 
+    make_sampler: Callable[..., BaseSampler]
+    """Optuna's sampler."""
+
     def __init__(self, space: Space, seed: int = 0, first: Sequence[Parameters] = ()) -> None:
         super().__init__(space, seed, first)
         self._distributions = distributions(space)
@@ -37,12 +39,8 @@ class OptunaSearch(Search):
         self._asked: dict[int, optuna.Trial] = {}
         self._trial: optuna.Trial | None = None
 
-    @abstractmethod
-    def make_sampler(self, seed: int) -> BaseSampler:
-        """Return Optuna's sampler for one proposal."""
-
     def propose(self) -> tuple[Parameters, float | None]:
-        self._study.sampler = self.make_sampler(self.sub_seed())
+        self._study.sampler = self.make_sampler(seed=self.sub_seed())
         self._trial = self._study.ask(self._distributions)
         return dict(self._trial.params), None
 
@@ -68,12 +66,10 @@ class OptunaSearch(Search):
 class RandomSearch(OptunaSearch):
     """Search that draws every proposal at random from the whole space."""
 
-    def make_sampler(self, seed: int) -> BaseSampler:
-        return RandomSampler(seed=seed)
+    make_sampler = RandomSampler
 
 
 class TPESearch(OptunaSearch):
     """Search with the tree-structured Parzen estimator (Bergstra et al. 2011)."""
 
-    def make_sampler(self, seed: int) -> BaseSampler:
-        return TPESampler(seed=seed)
+    make_sampler = TPESampler

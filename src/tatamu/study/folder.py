@@ -47,8 +47,8 @@ class _Place:
 class ResultFolder:
     """A folder of a learned fold or plan.
 
-    Files are read and validated when they are first used, and written as a whole or not at all. Errors name the file
-    and the field.
+    Files are read and validated when they are first used, once, and written as a whole or not at all. Errors name the
+    file and the field.
     """
 
     path: Path
@@ -137,23 +137,15 @@ class ResultFolder:
 
     def write_record(self, result: ResultRecord | PlanRecord) -> None:
         write_json(self.result_file, result.model_dump())
-        self._forget("record", "plan_record")
 
     def write_best(self, manipulation: Manipulation, scene: Scene, rollout: Rollout) -> None:
         """Write the files of the best trial. The rollout has the `target` and the arrays of `result.MOMENTS`."""
         manipulation.save(self.manipulation_file)
         scene.save(self.scene_file)
         self.write_rollout(rollout)
-        self._forget("manipulation", "scene")
 
     def write_rollout(self, rollout: Rollout) -> None:
         rollout.save(self.rollout_file)
-        self._forget("rollout")
-
-    def _forget(self, *names: str) -> None:
-        """Remove the contents of files from memory, so that they are read again."""
-        for name in names:
-            self.__dict__.pop(name, None)
 
 
 def locked(folder: ResultFolder) -> AbstractContextManager[object]:

@@ -105,6 +105,10 @@ def learn(
     if held is None:
         check_reach(task)
     parallel = options.parallel or (held.parallel if held else usual_pending(task.simulator))
+    if evaluate is None:
+        evaluate = Nominal(task)
+        if disturbances is not None:
+            evaluate = Scenarios(Nominal(task, mean_world(disturbances)), disturbances, options.level)
     study = _Learning(folder, options, parallel, disturbances, evaluate, executor, database, progress)
     if not several:
         return study.step(task, folder, [*study.initial(task.fold), *first])
@@ -139,7 +143,7 @@ class _Learning:
     options: LearnOptions
     parallel: int
     disturbances: Disturbances | None
-    evaluate: Evaluator | None
+    evaluator: Evaluator
     executor: Executor | None
     database: SharedDatabase | None
     progress: Callable[[Progress], object]
@@ -155,10 +159,11 @@ class _Learning:
             for number in range(len(task.plan.steps)):
                 here = task if number == 0 else task.at(number, results[-1].final)
                 place = None if folder is None else folder.step(number)
-                _delete_outdated_step(here, place, self.database)
                 if number == 0:
                     curves = [*self.initial(here.fold), *first]
                 else:  # usual curves, and the best of the earlier steps
+                    if place is not None:
+                        _delete_outdated_step(here, place, self.database)
                     grasps = self.options.grasps
                     best = [transfer(each.best.parameters, each.task.fold, here.fold, grasps) for each in results]
                     curves = [*later_curves(here.fold), *best]
@@ -194,7 +199,7 @@ class _Learning:
             level=options.level if self.disturbances else None,
             aim=task.aim if any(task.aim.model_dump().values()) else None,
         )
-        evaluator = self._evaluator(task)
+        evaluator = self.evaluator.on(task)
         space = search_space(task.fold, options.grasps)
         if not evaluator.contains_length:
             space = replace(space, known_part=None)
@@ -212,13 +217,6 @@ class _Learning:
             if self.home is not None:
                 keep_inputs(self.home.path, sources_of(task, self.disturbances))
             return self._run(study, folder)
-
-    def _evaluator(self, task: Task) -> Evaluator:
-        if self.evaluate is not None:
-            return self.evaluate.on(task)
-        if self.disturbances is None:
-            return Nominal(task)
-        return Scenarios(Nominal(task, mean_world(self.disturbances)), self.disturbances, self.options.level)
 
     def _run(self, study: Study, folder: ResultFolder | None) -> Result:
         """Run the remaining trials of a study, write its folder, and return its result."""
@@ -358,10 +356,10 @@ def _refuse_other(folder: ResultFolder, several: bool) -> None:
         raise InputError(f"{folder.path}: contains the study of a single fold; give another folder")
 
 
-def _delete_outdated_step(task: Task, folder: ResultFolder | None, database: SharedDatabase | None) -> None:
+def _delete_outdated_step(task: Task, folder: ResultFolder, database: SharedDatabase | None) -> None:
     """Delete the study of a step if the step before now ends in another state, because it got more trials."""
     from tatamu.study.store import load_settings
 
     held = load_settings(folder, database)
-    if folder is not None and held is not None and task.number > 0 and held.task.start != digest(task.fold.start):
+    if held is not None and held.task.start != digest(task.fold.start):
         shutil.rmtree(folder.path)

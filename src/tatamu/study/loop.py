@@ -6,7 +6,7 @@ not depend on the number of processors, and a resumed one repeats the same calls
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
@@ -20,8 +20,7 @@ from tatamu.evaluation.disturbances import Disturbances, Stream, sample_worlds
 from tatamu.evaluation.draws import Draws, Subject
 from tatamu.evaluation.draws import Progress as DrawsProgress
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
-from tatamu.evaluation.nominal import Nominal, failed, refuse, unsimulated
-from tatamu.evaluation.scenarios import order_scenarios
+from tatamu.evaluation.nominal import Nominal, refuse, unsimulated
 from tatamu.evaluation.success import Success
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
@@ -110,6 +109,8 @@ class Study:
         self._search = search
         self._store = store
         self._executor = executor
+        self._told: list[Trial] = []
+        """Trials that the search knows, a beginning of `trials`."""
         self._kept: dict[int, Evaluation] = {}
         self._first: Evaluation | None = None
         for trial in self.trials:
@@ -133,7 +134,7 @@ class Study:
         if self.trials or not self._search.first:
             return None
         parameters = self._search.first[0]
-        self._first = self._result(parameters, self._submit(Ask(parameters), undisturbed=True), "first curve")
+        self._first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
         return self._first
 
     def run(self, baselines: bool) -> Iterator[Stage]:
@@ -143,64 +144,67 @@ class Study:
             InputError: If the search proposes parameters out of bounds, or the evaluator returns no finite number.
         """
         proposals: list[Proposal] = []
-        known: list[Evaluation] = []
-        running: deque[tuple[Proposal, Future[Evaluation]]] = deque()
+        running: deque[tuple[Proposal, Future[Evaluation] | None]] = deque()  # a stored trial has no future
         fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
         try:
             while len(proposals) < self._stored or not is_over(self.wanted, proposals):
                 # until there is a reference fold, trials run one after another: any of them may become it
-                while len(running) >= (self.record.parallel if self._has_reference(known) else 1):
-                    if self._finish(known, *running.popleft()):
+                while len(running) >= (1 if self._needs_reference else self.record.parallel):
+                    if self._finish(*running.popleft()):
                         yield "trials"
-                begun = self._replay(len(proposals)) or self._begin(known)
+                begun = self._begin(len(proposals))
                 proposals.append(begun[0])
                 running.append(begun)
             if baselines and self.baselines is None:
-                fixed = self._begin_baselines()
+                nominal = Nominal(self.evaluator.task)
+                made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
+                fixed = {
+                    name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()
+                }
             while running:
-                if self._finish(known, *running.popleft()):
+                if self._finish(*running.popleft()):
                     yield "trials"
             if fixed:
                 yield "baselines"
                 self._store.baselines = [
-                    Baseline.of(name, manipulation, self._fixed_result(name, manipulation, future))
+                    Baseline.of(name, manipulation, self._result(future, f"baseline {name}", manipulation))
                     for name, (manipulation, future) in fixed.items()
                 ]
         finally:
-            for future in [*(each for _, each in running), *(each for _, each in fixed.values())]:
-                future.cancel()  # only has an effect after an interruption
+            for _, future in [*running, *fixed.values()]:
+                if future is not None:
+                    future.cancel()  # only has an effect after an interruption
 
-    def _has_reference(self, known: Sequence[Evaluation]) -> bool:
-        return not self.evaluator.scenario_count or any(map(_succeeds, known))
+    @property
+    def _reference(self) -> Trial | None:
+        """The reference fold, which is the first that succeeds without disturbances; None if there is none yet."""
+        return next((each for each in self._told if each.score is not None and each.score.succeeds), None)
 
-    def _replay(self, number: int) -> tuple[Proposal, Future[Evaluation]] | None:
-        """Return a stored trial; None if trial `number` is not stored."""
-        if number >= self._stored:
-            return None
-        trial = self.trials[number]
-        proposal = trial.proposal
-        self._search.expect(proposal)
-        return proposal, _done(trial.evaluation)
+    @property
+    def _needs_reference(self) -> bool:
+        return self.evaluator.scenario_count > 0 and self._reference is None
 
-    def _begin(self, known: Sequence[Evaluation]) -> tuple[Proposal, Future[Evaluation]]:
+    def _begin(self, number: int) -> tuple[Proposal, Future[Evaluation] | None]:
+        """Begin a trial, unless it is stored already."""
+        if number < self._stored:
+            proposal = self.trials[number].proposal
+            self._search.expect(proposal)
+            return proposal, None
         proposal = self._search.ask()
         try:
             self.space.check(proposal)
         except InputError as error:
             raise InputError(f"sampler: {self.record.sampler} proposed an invalid trial: {error}") from None
-        return proposal, self._submit(self._ask(proposal, known))
+        return proposal, self._submit(self._ask(proposal))
 
-    def _ask(self, proposal: Proposal, known: Sequence[Evaluation]) -> Ask:
-        """Return what the evaluator is asked: the reference fold is the first that succeeds undisturbed."""
+    def _ask(self, proposal: Proposal) -> Ask:
+        """Return what the evaluator is asked."""
         parameters = dict(proposal)
-        beat = min((each.objective for each in known if not each.failed), default=np.inf)
-        if not self.evaluator.scenario_count:
+        beat = min((each.minimised for each in self._told if each.score is not None), default=np.inf)
+        count, reference = self.evaluator.scenario_count, self._reference
+        if not count:
             return Ask(parameters, beat=beat)
-        number = next((number for number, each in enumerate(known) if _succeeds(each)), None)
-        if number is None:
-            return Ask(parameters)
-        others = [*known[:number], *known[number + 1 :]]
-        return Ask(parameters, order_scenarios(known[number], others, self.evaluator.scenario_count), beat)
+        return Ask(parameters, order_scenarios(reference, self._told, count), beat) if reference else Ask(parameters)
 
     def _submit(self, ask: Ask, *, undisturbed: bool = False) -> Future[Evaluation]:
         """Submit an ask to the executor, unless the robot cannot carry it out. Workers do not need the robot."""
@@ -213,35 +217,35 @@ class Study:
         evaluator = self.evaluator.undisturbed if undisturbed else self.evaluator
         return self._executor.submit(_timed, evaluator, ask)
 
-    def _finish(self, known: list[Evaluation], proposal: Proposal, future: Future[Evaluation]) -> bool:
-        """Record a trial and tell it to the search. Return whether it is new."""
-        number = len(known)
-        found = self._result(proposal, future, f"trial {number}")
-        new = number >= self._stored
-        if new:
+    def _finish(self, proposal: Proposal, future: Future[Evaluation] | None) -> bool:
+        """Record a trial if it is new, and tell it to the search. Return whether it is new."""
+        number = len(self._told)
+        if future is not None:
+            found = self._result(future, f"trial {number}", proposal)
             if not np.isfinite(found.objective):
                 name = getattr(self.evaluator, "name", type(self.evaluator).__name__)
                 raise InputError(
                     f"evaluate: {name} must return a finite number, given {found.objective} for {dict(proposal)}"
                 )
-            if not self._has_reference(known) and _succeeds(found):
+            if self._needs_reference and found.score is not None and found.score.succeeds:
                 # by definition, the reference fold succeeds in all scenarios that count
                 found = replace(found, objective=found.nominal)
             trial = Trial.of(number, proposal, found)
             self._store.add(trial, self.space)
             self.trials.append(trial)
             self._keep(number, found)
-        self._search.tell(proposal, found)
-        known.append(replace(found, rollout=None))
-        return new
+        self._search.tell(proposal, self.trials[number].minimised)
+        self._told.append(self.trials[number])
+        return future is not None
 
-    def _result(self, parameters: Mapping[str, int | float], future: Future[Evaluation], which: str) -> Evaluation:
-        """Wait for a result. An evaluation that killed its processes has failed."""
+    def _result(
+        self, future: Future[Evaluation], which: str, made: Mapping[str, int | float] | Manipulation
+    ) -> Evaluation:
+        """Wait for the result of parameters or a manipulation. An evaluation that killed its processes has failed."""
         try:
             return future.result()
         except WorkerKilledError as error:
-            reason = f"{error} (seed {self.record.seed}, {which})"
-            return unsimulated(self.evaluator.task, parameters, reason)
+            return unsimulated(self.evaluator.task, made, f"{error} (seed {self.record.seed}, {which})")
 
     def _keep(self, number: int, found: Evaluation) -> None:
         """Keep an evaluation in memory while its rollout is needed for the result."""
@@ -259,7 +263,7 @@ class Study:
         if number not in self._kept or self._kept[number].rollout is None:
             parameters = self.trials[number].parameters
             future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters))
-            self._kept[number] = self._result(parameters, future, f"trial {number}")
+            self._kept[number] = self._result(future, f"trial {number}", parameters)
         return self._kept[number]
 
     def moments(self) -> dict[str, np.ndarray]:
@@ -288,21 +292,9 @@ class Study:
         first = {cause: causes.index(cause) for cause in causes if cause is not None}
         simulate = Nominal(task).simulate
         futures = {cause: self._executor.submit(simulate, parameters, scenarios[at]) for cause, at in first.items()}
-        found = {cause: self._result(parameters, each, f"scenario {first[cause]}") for cause, each in futures.items()}
+        found = {cause: self._result(each, f"scenario {first[cause]}", parameters) for cause, each in futures.items()}
         ends = {FAILED + cause: each.rollout.positions[-1] for cause, each in found.items() if each.rollout}
         return Success.of(task.fold, outcomes, limits), ends
-
-    def _begin_baselines(self) -> dict[str, tuple[Manipulation, Future[Evaluation]]]:
-        nominal = Nominal(self.evaluator.task)
-        made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
-        return {name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()}
-
-    def _fixed_result(self, name: str, manipulation: Manipulation, future: Future[Evaluation]) -> Evaluation:
-        try:
-            return future.result()
-        except WorkerKilledError as error:
-            reason = f"{error} (seed {self.record.seed}, baseline {name})"
-            return failed(self.evaluator.task.fold, manipulation.trajectory_length, reason)
 
     def progress(self, stage: Stage = "trials", simulated: int = 0, trial: Trial | None = None) -> Progress:
         """Return how far the study is, with the best trial, or with the one that is given."""
@@ -323,8 +315,11 @@ class Study:
         )
 
 
-def _succeeds(found: Evaluation) -> bool:
-    return found.score is not None and found.score.succeeds
+def order_scenarios(reference: Evaluation | Trial, others: Sequence[Evaluation | Trial], count: int) -> tuple[int, ...]:
+    """Return the scenarios in which the reference fold succeeds, those in which most other folds failed first."""
+    failures = Counter(index for each in others for index in each.failed_in)
+    able = [index for index in range(count) if index not in reference.failed_in]
+    return tuple(sorted(able, key=lambda index: (-failures[index], index)))
 
 
 def _done(found: Evaluation) -> Future[Evaluation]:

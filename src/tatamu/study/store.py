@@ -49,7 +49,6 @@ class StudyStore:
         self._open_storage = open_storage
         self._name = name
         self._study: optuna.Study | None = None
-        self._known = 0
 
     @property
     def _opened(self) -> optuna.Study:
@@ -92,7 +91,6 @@ class StudyStore:
             difference = _difference(held, wanted)
             raise InputError(f"{self.label}: contains another study ({difference}); give another folder")
         self._study = study
-        self._known = len(trials)
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
     def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
@@ -125,8 +123,7 @@ class StudyStore:
             distributions=distributions(space),
             user_attrs=trial.attributes(),
         )
-        self._run(lambda: study.add_trial(frozen), lambda: len(study.get_trials(deepcopy=False)) > self._known)
-        self._known += 1
+        self._run(lambda: study.add_trial(frozen), lambda: len(study.get_trials(deepcopy=False)) > trial.number)
 
     @property
     def baselines(self) -> list[Baseline] | None:
@@ -196,9 +193,8 @@ def _file_error(label: str, error: BaseException) -> Exception:
     return InputError(f"{label}: is not a readable Optuna study ({reason}); remove the file, or give another folder")
 
 
-@contextmanager
-def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
-    """Yield the storage of a study in a shared database."""
+def shared_store(database: SharedDatabase, name: str) -> StudyStore:
+    """Return the storage of a study in a shared database."""
 
     def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
         try:
@@ -207,7 +203,7 @@ def shared_store(database: SharedDatabase, name: str) -> Iterator[StudyStore]:
             reason = " ".join(str(error).split())
             raise InputError(f"{database.address}: {name}: is not a readable Optuna study ({reason})") from None
 
-    yield StudyStore(f"{database.address}: {name}", run, lambda: database.storage, name)
+    return StudyStore(f"{database.address}: {name}", run, lambda: database.storage, name)
 
 
 @contextmanager
@@ -234,8 +230,7 @@ def held_store(
     try:
         if kept is None:
             write_json(folder.shared_study_file, {"version": 1, "storage": database.address, "name": name})
-        with shared_store(database, name) as store:
-            yield store
+        yield shared_store(database, name)
     finally:
         database.release(name)
 
@@ -250,13 +245,11 @@ def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) 
         return None
     kept = _shared_name(folder, database)
     if database is not None and kept is not None:
-        opened = shared_store(database, kept)
-    elif database is None and os.path.exists(folder.study_file):  # a name may be too long for the disk
-        opened = file_store(folder)
-    else:
-        return None
-    with opened as store:
-        return store.load()
+        return shared_store(database, kept).load()
+    if database is None and os.path.exists(folder.study_file):  # a name may be too long for the disk
+        with file_store(folder) as store:
+            return store.load()
+    return None
 
 
 def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str | None:

@@ -108,22 +108,6 @@ class Trial(Scored):
         """The trial as the search proposed it."""
         return Proposal(self.parameters, self.expected_gain)
 
-    @property
-    def evaluation(self) -> Evaluation:
-        """The evaluation of the trial, without its rollout."""
-        assert self.objective is not None and self.trajectory_length is not None, "a trial has an objective"
-        return Evaluation(
-            parameters=self.parameters,
-            trajectory_length=self.trajectory_length,
-            objective=self.minimised,
-            nominal=self.objective,
-            score=self.score,
-            error=self.error,
-            scenarios=0 if self.scenarios is None else self.scenarios.simulated,
-            failed_in=tuple(self.failed_in),
-            seconds=self.seconds or 0.0,
-        )
-
     def attributes(self) -> dict[str, Any]:
         """Return what a study stores beside the parameters and the value.
 

@@ -5,7 +5,7 @@ The range of one disturbance is found by bisection.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -34,9 +34,6 @@ from tatamu.study.result import Result
 MAX_DEVIATIONS = 3.0
 """Largest disturbance that is tried, in deviations. Larger ones occur once in 400 folds."""
 
-Bisection = Generator[World, Outcome, float | None]
-"""Yields scenarios, receives their outcomes, and returns the last value that succeeds; None if all do."""
-
 
 @dataclass(frozen=True)
 class Side:
@@ -57,17 +54,6 @@ class Side:
 
     def _value(self, deviations: float) -> float:
         return self.centre[self.channel.name] + self.sign * deviations * self.deviation
-
-    def bisect(self, limits: Limits) -> Bisection:
-        """Find the largest disturbance at which the fold still succeeds."""
-        if limits.hold((yield self.scenario(MAX_DEVIATIONS))):
-            return None
-        low, high = 0.0, MAX_DEVIATIONS
-        for _ in range(3):  # the last range is an eighth of `MAX_DEVIATIONS`, 0.4 deviations
-            middle = 0.5 * (low + high)
-            succeeds = limits.hold((yield self.scenario(middle)))
-            low, high = (middle, high) if succeeds else (low, middle)
-        return self.shown(low)
 
 
 DRAWS = 200
@@ -158,7 +144,7 @@ def measure(
         together(success)
         channels = [channel for channel in CHANNELS if channel.name in known] if alone else []
         sides = [Side(channel, known[channel.name], sign, centre) for channel in channels for sign in (-1.0, 1.0)]
-        ends = _bisect_all(sides, simulated, limits) if limits.hold(nominal) else [0.0] * len(sides)
+        ends = _bisect(sides, simulated, limits) if limits.hold(nominal) else [0.0] * len(sides)
     distances = distances_of(task.fold, found)
     ranked = [
         Draw(number, scenario, outcome, distance)
@@ -184,20 +170,23 @@ def measure(
     )
 
 
-def _bisect_all(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[float | None]:
-    """Bisect all sides at the same time, so that their simulations run side by side."""
-    searches = [side.bisect(limits) for side in sides]
-    ends: list[float | None] = [None] * len(sides)
-    wanted = {index: next(search) for index, search in enumerate(searches)}
-    while wanted:
-        outcomes = draws.outcomes(list(wanted.values()))
-        indices, wanted = list(wanted), {}
-        for index, outcome in zip(indices, outcomes, strict=True):
-            try:
-                wanted[index] = searches[index].send(outcome)
-            except StopIteration as stop:
-                ends[index] = stop.value
-    return ends
+def _bisect(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[float | None]:
+    """Find the largest disturbance of each side at which the fold still succeeds; None if it does at the largest tried.
+
+    All sides are bisected at the same time, so that their simulations run side by side.
+    """
+
+    def succeed(tried: Mapping[int, float]) -> list[bool]:
+        scenarios = [sides[index].scenario(deviations) for index, deviations in tried.items()]
+        return [limits.hold(outcome) for outcome in draws.outcomes(scenarios)]
+
+    low, high = [0.0] * len(sides), [MAX_DEVIATIONS] * len(sides)
+    beyond = succeed(dict(enumerate(high)))
+    for _ in range(3):  # the last range is an eighth of `MAX_DEVIATIONS`, 0.4 deviations
+        middles = {i: 0.5 * (low[i] + high[i]) for i in range(len(sides)) if not beyond[i]}
+        for (index, middle), succeeds in zip(middles.items(), succeed(middles), strict=True):
+            (low if succeeds else high)[index] = middle
+    return [None if reached else side.shown(end) for side, end, reached in zip(sides, low, beyond, strict=True)]
 
 
 def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMargin]:

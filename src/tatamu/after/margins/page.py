@@ -17,7 +17,7 @@ from tatamu.after.margins.measurement import Draw, Measured
 from tatamu.after.margins.texts import TITLES, amount, by_sureness, deviations, reach, simulated
 from tatamu.base.errors import SimulationError
 from tatamu.base.files import write_text
-from tatamu.evaluation.disturbances import World, disturbed_scene
+from tatamu.evaluation.disturbances import Channel, disturbed_scene
 from tatamu.evaluation.draws import Subject
 from tatamu.evaluation.outcome import HELP
 from tatamu.evaluation.success import AloneMargin, MarginsRecord
@@ -56,14 +56,15 @@ def page(measured: Measured) -> str:
     """Return the page of margins as HTML. The content only depends on the margins."""
     result = measured.result
     shown = _replayed(measured)
+    replay, events = _replay(measured, shown) if shown else (None, [])
     return render(
         "after/margins/page.html",
         charts={
             "alone": [Chart("Each alone", _tornado(result), "pale: succeeds up to the largest value tried", "rows")],
             "joint": [_histogram(measured)],
         },
-        replay=_replay(measured, shown) if shown else None,
-        events=_events(shown),
+        replay=replay,
+        events=events,
         title=title(measured.learned),
         result=result,
         tone=result.together.tone,
@@ -140,7 +141,8 @@ def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
     off = {name: abs(draw.scenario[name] - margin.mean) / margin.deviation for name, margin in known.items()}
     ranked = sorted(known.values(), key=lambda margin: -off[margin.name])
     chief = [
-        f"{TITLES.get(margin.name, margin.name)}: {amount(_value(margin, draw.scenario), margin.unit)}"
+        f"{TITLES.get(margin.name, margin.name)}: "
+        + amount(Channel(margin.name, margin.unit).shown(draw.scenario[margin.name]), margin.unit)
         for margin in ranked[:3]  # the largest ones
     ]
     end = draw.outcome.error or f"{1e3 * draw.distance:.1f} mm, IoU {draw.outcome.mask_iou:.2f}"
@@ -148,11 +150,6 @@ def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
     if cause is not None and draw.outcome.error is None:
         end = f"{cause}: {end}"
     return draw.number, end, "; ".join(chief)
-
-
-def _value(margin: AloneMargin, world: World) -> float:
-    value = world[margin.name]
-    return float(np.expm1(value)) if margin.unit == "1" else value
 
 
 def _replayed(measured: Measured) -> list[Replayed]:
@@ -177,35 +174,29 @@ def _simulated(subject: Subject, draw: Draw) -> Replayed | None:
         return None
 
 
-def _replay(measured: Measured, shown: Sequence[Replayed]) -> dict[str, Any]:
-    """Return the data for the viewer, which replays the worst draws of the disturbances one after another."""
-    goal = measured.subject.task.fold.target
-    scale = largest(np.linalg.norm(shown[0].rollout.positions[-1] - goal, axis=1))
-    return replay_data(_joined(measured, shown), shown[0].scene, _hands(shown), scale)
+def _replay(measured: Measured, shown: Sequence[Replayed]) -> tuple[dict[str, Any], list[tuple[float, str]]]:
+    """Return what the viewer needs to replay at least one draw after another, and the marks of its time slider.
 
-
-def _joined(measured: Measured, shown: Sequence[Replayed]) -> Rollout:
-    """Return one rollout (motion of the cloth) in which the worst draws of the disturbances follow one another."""
-    starts = _starts(shown)
+    There is a gap of one frame between two draws. A mark has the start of a draw as a fraction of the whole time.
+    """
+    target, first = measured.subject.task.fold.target, shown[0]
+    lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
+    starts = [0.0, *np.cumsum(lengths)[:-1].tolist()]
     times = [each.rollout.times + start for each, start in zip(shown, starts, strict=True)]
     positions = np.concatenate([each.rollout.positions for each in shown])
-    target = {"target": measured.subject.task.fold.target}
-    return Rollout(np.concatenate(times), positions, shown[0].rollout.faces, shown[0].rollout.info, target)
+    joined = Rollout(np.concatenate(times), positions, first.rollout.faces, first.rollout.info, {"target": target})
+    scale = largest(np.linalg.norm(first.rollout.positions[-1] - target, axis=1))
+    end = float(times[-1][-1])
+    marks = [(start / end, f"draw {each.draw.number}") for each, start in zip(shown, starts, strict=True)]
+    return replay_data(joined, first.scene, _hands(shown, starts), scale), marks
 
 
-def _starts(shown: Sequence[Replayed]) -> list[float]:
-    """Return the start of each replayed draw of the disturbances [s]. There is a gap of one frame between two draws."""
-    lengths = [each.rollout.times[-1] + 1.0 / each.scene.frame_rate for each in shown]
-    return [0.0, *np.cumsum(lengths)[:-1].tolist()]
-
-
-def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
-    """Return the paths of both hands through all replayed draws of the disturbances.
+def _hands(shown: Sequence[Replayed], starts: Sequence[float]) -> list[HandTrack]:
+    """Return the paths of both hands through all replayed draws, which begin at `starts` [s].
 
     If a hand missed the cloth, the path of the other hand is returned in its place.
     """
     tracks = []
-    starts = _starts(shown)
     for hand, colour in zip(HANDS, HAND_COLOURS, strict=True):
         paths = []
         holds: list[tuple[float, float | None]] = []
@@ -220,12 +211,3 @@ def _hands(shown: Sequence[Replayed]) -> list[HandTrack]:
             holds.append((start + gripper.closes, None if gripper.opens is None else start + gripper.opens))
         tracks.append(HandTrack(colour, np.concatenate(paths), holds))
     return tracks
-
-
-def _events(shown: Sequence[Replayed]) -> list[tuple[float, str]]:
-    """Return marks for the time slider: the start of each draw as a fraction of the whole time, with a text."""
-    if not shown:
-        return []
-    starts = _starts(shown)
-    end = starts[-1] + float(shown[-1].rollout.times[-1])
-    return [(start / end, f"draw {each.draw.number}") for each, start in zip(shown, starts, strict=True)]

@@ -32,12 +32,6 @@ class Split:
     """Variances of the random parts, shape (k,)."""
 
     @property
-    def root(self) -> np.ndarray:
-        """A matrix B with B B' = `systematic`, shape (k, k)."""
-        values, vectors = np.linalg.eigh(self.systematic)
-        return np.asarray(vectors * np.sqrt(np.clip(values, 0.0, None)))
-
-    @property
     def deviations(self) -> np.ndarray:
         """Standard deviations of both parts together, shape (k,)."""
         return np.asarray(np.sqrt(np.diag(self.systematic) + self.random))
