@@ -63,7 +63,8 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         )
         if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
             return texts
-    return texts + test.advice(calibration, fit)
+    advice = test.advice(calibration, fit)
+    return [*texts, advice] if advice else texts
 
 
 def _shown(fit: Fit, value: float) -> str:

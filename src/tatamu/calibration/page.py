@@ -13,7 +13,7 @@ from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import Calibration, rounded
 from tatamu.calibration.test import CalibrationTest, RestTest
 from tatamu.show import quantity
-from tatamu.show.chart import Chart, Plot, axis, band, line, log_axis, note, traces
+from tatamu.show.chart import Chart, Plot, axis, band, dots, line, log_axis, note, traces
 from tatamu.show.page import render
 
 ROOM = 1.6
@@ -116,23 +116,16 @@ def _chart(calibration: Calibration, fit: Fit) -> Plot:
 
 def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
     """Return a chart of the simulated sheet's speed over the coefficient of friction. The speed is zero if it stays."""
-    dots = []
+    clouds = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
-        dots.append(
-            {
-                "name": name,
-                "x": [float(point[0]) for point in points],
-                "y": [1e3 * float(point[1]) for point in points],
-                "mode": "markers",
-                "marker": {"symbol": symbol, "size": 8, "color": "@plot" if slides else "@reading"},
-                "hovertemplate": f"μ %{{x:.4g}}: {name}, %{{y:.2f}} mm/s<extra></extra>",
-            }
-        )
+        hover = f"μ %{{x:.4g}}: {name}, %{{y:.2f}} mm/s"
+        x, y = [float(point[0]) for point in points], [1e3 * float(point[1]) for point in points]
+        clouds.append(dots(x, y, hover, name=name, symbol=symbol, size=8, color="@plot" if slides else "@reading"))
     textbook = test.textbook
     assert textbook is not None, "a test that reads a speed knows the textbook's value"
     return traces(
-        dots,
+        clouds,
         xaxis=axis(KNOWN[fit.parameter].label),
         yaxis=axis("speed at the end [mm/s]"),
         showlegend=True,

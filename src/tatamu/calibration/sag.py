@@ -9,7 +9,7 @@ grip, so that the bending starts at the front of the grip (docs/reference/checks
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -25,7 +25,6 @@ from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
 from tatamu.calibration.test import (
     CLOTH,
     DASH,
-    POOR,
     ElasticTest,
     Readings,
     Specimen,
@@ -161,20 +160,20 @@ class Sag(ElasticTest):
     def guess(self, sag: float, material: Material) -> float:
         return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
 
+    def bound(self, measured: float, error: float) -> str | None:
+        # cloth that hangs straight down gives "at most", cloth that stands out horizontally gives "at least"
+        if measured + error > LIMPEST * self.free_length:
+            return "at most"
+        return "at least" if measured - error < STIFFEST * self.free_length else None
+
+    def straight(self, reading: float) -> float:
+        return float(logit(np.clip(reading / self.free_length, 1e-4, 1.0 - 1e-4)))
+
     def target(self, readings: Readings) -> Target:
-        sag = readings["sag"]
-        length = readings["free_length"]
-        free = self.free_length
-        by_sag = textbook_spread(self.guess, sag)
-        by_length = textbook_spread(lambda free, material: Sag(free).guess(sag.value, material), length)
-        return Target(
-            test=self,
-            measured=sag.value,
-            uncertainty=sag.uncertainty,
-            bound=sag_bound(sag, free),
-            straight=lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
-            spread=float(np.hypot(by_sag, by_length)),
-        )
+        target = super().target(readings)
+        free_length = readings["free_length"]
+        by_length = textbook_spread(lambda free, material: Sag(free).guess(target.measured, material), free_length)
+        return replace(target, spread=float(np.hypot(target.spread, by_length)))
 
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         length = estimate.material.bending_length
@@ -191,11 +190,8 @@ class Sag(ElasticTest):
             f"{100 * BEST * length:.0f} cm or more."
         )
 
-    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
-        relative, share = estimate.relative("bending_rigidity"), _share(estimate, fit)
-        if relative <= POOR:
-            return []
-        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(estimate)}"]
+    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
+        return f"sag: {_share(estimate, fit)} tells B to {100 * relative:.0f} % only. {_longer_or_loop(estimate)}"
 
     def drawing(self, shape: np.ndarray) -> str:
         rows = np.unique(self.mesh[0][:, 0].round(6))
@@ -239,16 +235,6 @@ def _longer_or_loop(estimate: Estimate) -> str:
         "on the table instead, without pressing, and write the height of the loop into the table [loop], here "
         f"{1e3 * height:.0f} mm or less (`tatamu measure` says how)."
     )
-
-
-def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return the kind of bound if a sag only bounds the bending rigidity; None if the sag determines the rigidity.
-
-    Cloth that hangs straight down gives "at most". Cloth that stands out horizontally gives "at least".
-    """
-    if sag.value + sag.uncertainty > LIMPEST * free_length:
-        return "at most"
-    return "at least" if sag.value - sag.uncertainty < STIFFEST * free_length else None
 
 
 def gamma_of(share: float) -> float:

@@ -122,17 +122,20 @@ class CalibrationTest(ABC):
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice to the user on the result of this test."""
-        return [self.advice_on_bound(estimate, fit)] if fit.bound else self.advice_on_value(estimate, fit)
+    def advice(self, estimate: Estimate, fit: Fit) -> str:
+        """Return advice to the user on the result of this test; empty if there is none."""
+        if fit.bound:
+            return self.advice_on_bound(estimate, fit)
+        relative = estimate.relative(self.parameter)
+        return self.advice_on_poor(estimate, fit, relative) if relative > POOR else ""
 
     @abstractmethod
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         """Return advice if the test only bounds the parameter."""
 
-    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice if the test determines the parameter."""
-        return []
+    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
+        """Return advice if the test determines the parameter only to a large relative uncertainty; empty for none."""
+        return ""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences that are printed after all advice."""
@@ -142,6 +145,11 @@ class CalibrationTest(ABC):
 class RestTest(CalibrationTest):
     """A test whose reading is a length of cloth at rest."""
 
+    reads: ClassVar[Mapping[str, float]]
+    """Factor of each reading in the measured length, which is their sum."""
+    rising: ClassVar[bool] = False
+    """Whether the length rises with the parameter; otherwise it falls."""
+
     @abstractmethod
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         """Return the length that a ruler would read on the simulated cloth [m]."""
@@ -150,16 +158,25 @@ class RestTest(CalibrationTest):
     def guess(self, reading: float, material: Material, /) -> float:
         """Return the parameter by a textbook formula, from the reading [m] and the other parameters of a material."""
 
-    @abstractmethod
+    def bound(self, measured: float, error: float) -> str | None:
+        """Return "at least" or "at most" if a length with an error [m] only bounds the parameter; otherwise None."""
+        return "at least" if measured < error else None
+
+    def straight(self, reading: float) -> float:
+        """Return a function of the length that is nearly linear in the logarithm of the parameter."""
+        return float(np.log(max(reading, 1e-6)))
+
     def target(self, readings: Readings) -> Target:
-        """Return what the simulation must reproduce: the measured reading, and whether it only bounds the parameter."""
+        """Return what the simulation must reproduce: the measured length, and whether it only bounds the parameter."""
+        length = sum(factor * readings[name].value for name, factor in self.reads.items())
+        error = float(np.hypot.reduce([readings[name].uncertainty for name in self.reads]))
+        spread = textbook_spread(self.guess, Reading(length, error))
+        return Target(self, length, error, self.bound(length, error), spread)
 
 
 class ElasticTest(RestTest):
     """A test whose length at rest depends on stretch stiffness and bending, and determines one of these parameters."""
 
-    reads: ClassVar[Mapping[str, float]]
-    """Factor of each reading in the measured length, which is their sum."""
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
@@ -199,10 +216,6 @@ class Target:
     """Standard uncertainty of the reading [m]."""
     bound: str | None
     """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
-    straight: Callable[[float], float]
-    """Function of the reading that is nearly linear in the logarithm of the parameter."""
-    rising: bool = False
-    """Whether the reading rises with the parameter; otherwise it falls."""
     spread: float = 1.0
     """Standard uncertainty of the parameter's logarithm by the textbook formula. It weights tests of one parameter."""
 
@@ -214,7 +227,7 @@ class Target:
     @property
     def aim(self) -> float:
         """Length that the simulation must reproduce [m]: the reading, shifted by its uncertainty if it only bounds."""
-        towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
+        towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.test.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
     def start(self, material: Material) -> float:
@@ -232,7 +245,8 @@ class Target:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
         within = max(laboratory.options.within * self.aim, laboratory.options.finest)
-        found = match(reading, self.aim, start, LIMITS[self.parameter], within, self.straight, self.rising)
+        test = self.test
+        found = match(reading, self.aim, start, LIMITS[self.parameter], within, test.straight, test.rising)
         if not np.isfinite(found.reading):
             raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
         return found
@@ -241,7 +255,7 @@ class Target:
         """Return the bound that the test gives, also because the simulator did not reach the reading; or None."""
         if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
             return self.bound
-        return "at most" if (found.reading < self.aim) != self.rising else "at least"
+        return "at most" if (found.reading < self.aim) != self.test.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
         """Return the result of the test. `shared` is true if other tests also determined the parameter."""
