@@ -63,8 +63,7 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         )
         if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
             return texts
-    advice = test.advice(calibration, fit)
-    return [*texts, advice] if advice else texts
+    return texts + test.advice(calibration, fit)
 
 
 def _shown(fit: Fit, value: float) -> str:

@@ -227,7 +227,7 @@ def _longer_or_loop(estimate: Estimate) -> str:
     if better >= MIN_FREE:
         expected = 1e3 * better * tip(BEST**3)[1]
         return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
-    if Loop.was_made(estimate.readings):
+    if Loop.words.keys() <= estimate.readings.keys():
         return f"A free length that would tell more ({100 * better:.1f} cm) is too short to grip."
     height = HEIGHT * length + LIFT * estimate.material.thickness
     return (

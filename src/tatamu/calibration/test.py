@@ -89,11 +89,6 @@ class CalibrationTest(ABC):
         """Return what stands in texts/NAME.toml, in the test's part of a measurements file, for each `$name`."""
         return {}
 
-    @classmethod
-    def was_made(cls, readings: Readings) -> bool:
-        """Return whether the measurements have the readings of this test."""
-        return cls.words.keys() <= readings.keys()
-
     @abstractmethod
     def scene(self, material: Material) -> Scene:
         """Return the simulated scene of this test with a material."""
@@ -101,11 +96,6 @@ class CalibrationTest(ABC):
     @abstractmethod
     def drawing(self, shape: np.ndarray) -> str:
         """Return a drawing of the test as SVG, from the positions of its cloth at rest [m], shape (n, 3)."""
-
-    @property
-    def textbook(self) -> float | None:
-        """The parameter by a textbook formula; None if the formula needs more than the reading."""
-        return None
 
     def record(self) -> dict[str, float]:
         """Return additional entries for the table [calibration] of the material's file."""
@@ -122,12 +112,13 @@ class CalibrationTest(ABC):
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
         )
 
-    def advice(self, estimate: Estimate, fit: Fit) -> str:
-        """Return advice to the user on the result of this test; empty if there is none."""
+    def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
+        """Return sentences of advice to the user on the result of this test."""
         if fit.bound:
-            return self.advice_on_bound(estimate, fit)
+            return [self.advice_on_bound(estimate, fit)]
         relative = estimate.relative(self.parameter)
-        return self.advice_on_poor(estimate, fit, relative) if relative > POOR else ""
+        advice = self.advice_on_poor(estimate, fit, relative) if relative > POOR else ""
+        return [advice] if advice else []
 
     @abstractmethod
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,6 @@ from tatamu.after.feedback.texts import (
 from tatamu.base.files import write_text
 from tatamu.cameras.pictures import write_picture
 from tatamu.cameras.reading import FoldReading
-from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
@@ -38,26 +36,8 @@ from tatamu.report.topview import TopView, draw, extent, mask, outlined, view
 from tatamu.show.chart import Chart, Plot, axis, line, rows, traces
 from tatamu.show.image import jpeg_uri
 from tatamu.show.page import render
+from tatamu.show.shading import cloth
 from tatamu.simulation.mesh.topology import facing_down
-
-
-@dataclass(frozen=True)
-class _Cloth:
-    """The cloth for pictures, with the mesh on which the draws of the disturbances were simulated."""
-
-    fold: TargetFold
-
-    @property
-    def faces(self) -> np.ndarray:
-        return self.fold.garment.faces
-
-    @property
-    def start(self) -> np.ndarray:
-        return self.fold.start
-
-    @property
-    def lower(self) -> np.ndarray:
-        return facing_down(self.fold.garment.vertices, self.faces)
 
 
 def write_page(found: Feedback, file: Path, reading: FoldReading | None = None) -> None:
@@ -231,16 +211,19 @@ def _views(found: Feedback) -> list[TopView]:
     corrections = [("As explained", "the cloth after the last measured fold", found.folds[found.newest].correction)]
     if not found.correction.is_none:
         corrections.append(("Next", "the cloth as expected after the correction", found.correction.change))
-    cloth = _Cloth(found.subject.task.fold)
+    fold = found.subject.task.fold  # with the mesh on which the draws of the disturbances were simulated
+    garment = fold.garment
+    lower = facing_down(garment.vertices, garment.faces)
     ends = [(name, note, simulated(found, change)) for name, note, change in corrections]
     finals = [(name, note, final) for name, note, final in ends if final is not None]
     # larger pictures would take most of the time of the page
-    area = extent(cloth.fold.target, *(final for *_, final in finals), wide=400)
-    wanted = mask(cloth, cloth.fold.target, area)
+    area = extent(fold.target, *(final for *_, final in finals), wide=400)
+    wanted = mask(cloth(fold.target, garment.faces), area)
 
     def picture(end: tuple[str, str, np.ndarray]) -> TopView:
         name, note, final = end
-        return view(name, note, outlined(draw(cloth, final, area)[0], wanted), area)
+        image, _ = draw(cloth(final, garment.faces, fold.start, lower), area)
+        return view(name, note, outlined(image, wanted), area)
 
     with ThreadPoolExecutor() as workers:
         return list(workers.map(picture, finals))
