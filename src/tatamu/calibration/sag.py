@@ -158,7 +158,8 @@ class Sag(ElasticTest):
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
 
     def guess(self, sag: float, material: Material) -> float:
-        return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
+        gamma = np.exp(np.interp(sag / self.free_length, [tip(gamma)[1] for gamma in GAMMAS], np.log(GAMMAS)))
+        return material.areal_density * GRAVITY * self.free_length**3 / float(gamma)
 
     def bound(self, measured: float, error: float) -> str | None:
         # cloth that hangs straight down gives "at most", cloth that stands out horizontally gives "at least"
@@ -235,11 +236,3 @@ def _longer_or_loop(estimate: Estimate) -> str:
         "on the table instead, without pressing, and write the height of the loop into the table [loop], here "
         f"{1e3 * height:.0f} mm or less (`tatamu measure` says how)."
     )
-
-
-def gamma_of(share: float) -> float:
-    """Return Gamma, the ratio of weight to bending rigidity, of a strip whose sag is this fraction of its free length.
-
-    The result is limited to the range of `GAMMAS`.
-    """
-    return float(np.exp(np.interp(share, [tip(gamma)[1] for gamma in GAMMAS], np.log(GAMMAS))))
