@@ -120,7 +120,7 @@ class EpisodeRecord(Subject):
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
 
 
-def parsed(text: str, path: Path, wrong: str) -> EpisodeRecord:
+def parsed(text: str, path: Path, wrong: str = "record: is not valid JSON") -> EpisodeRecord:
     """Return the record of an episode from its JSON text in a file, of which `wrong` is said if it is no JSON."""
     try:
         value = json.loads(text)

@@ -15,8 +15,6 @@ from tatamu.lerobot.files import table_of
 from tatamu.policies.dataset.demonstrations import columns_of
 from tatamu.policies.dataset.record import EpisodeRecord, parsed
 
-WRONG = "record: is not valid JSON"
-
 
 def row_of(record: EpisodeRecord, final: np.ndarray) -> dict[str, Any]:
     """Return the row of an episode with the final positions [m], shape (n, 3)."""
@@ -34,7 +32,7 @@ def read_records(path: Path) -> list[EpisodeRecord]:
     """Return the record of every episode in the table."""
     with foreign(path, "a table of episodes"):
         table = needed("pyarrow.parquet", "dataset").read_table(path, columns=["record"])
-    return [parsed(text, path, WRONG) for text in table["record"].to_pylist()]
+    return [parsed(text, path) for text in table["record"].to_pylist()]
 
 
 def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
@@ -50,4 +48,4 @@ def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
             raise InputError(f"episode: must be from 0 to {count - 1}, given {episode}")
         rule = [("episode", "==", episode)]
         row = parquet.read_table(path, columns=["record", "final"], filters=rule).to_pylist()[0]
-    return parsed(row["record"], path, WRONG), np.array(row["final"]).reshape(-1, 3)
+    return parsed(row["record"], path), np.array(row["final"]).reshape(-1, 3)
