@@ -179,13 +179,13 @@ def _contributions(
             changed = {name: float(np.exp(value)) for name, value in zip(known, logarithms, strict=True)}
             return laboratory.reading(target.test, material.model_copy(update=changed))
 
-        test = lengths[target.test.name]
+        test = target.test
+        assert isinstance(test, ElasticTest)
         at = tuple(float(np.log(getattr(material, name))) for name in known)
         along = slopes(reading, at, test.step)
         return Sensitivity(test, weight, along, test.chance(laboratory.shapes(test.name)))
 
     known = [name for name in ELASTIC if name not in OPTIONAL or elastic.groups.get(name)]
-    lengths = {test.name: test for test in tests if isinstance(test, ElasticTest)}
     telling = {parameter: _telling(elastic.groups.get(parameter, []), elastic.matches) for parameter in ELASTIC}
     sensitivities = [
         sensitivity(target, float(weight))

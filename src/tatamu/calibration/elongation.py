@@ -17,7 +17,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.records import Record
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, POOR, ElasticTest, Readings, Specimen, Target, millimetres
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, millimetres
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
@@ -156,17 +156,8 @@ class Elongation(ElasticTest):
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
 
-    def target(self, readings: Readings) -> Target:
-        hanging, lying = readings["L1"], readings["L2"]
-        longer = hanging.value - lying.value
-        error = float(np.hypot(hanging.uncertainty, lying.uncertainty))
-        return Target(
-            test=self,
-            measured=longer,
-            uncertainty=error,
-            bound="at least" if longer < error else None,
-            straight=lambda value: float(np.log(max(value, 1e-9))),
-        )
+    def straight(self, reading: float) -> float:
+        return float(np.log(max(reading, 1e-9)))
 
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         return (
@@ -174,15 +165,12 @@ class Elongation(ElasticTest):
             f"Y is at least {estimate.material.stretch_stiffness:.0f} N/m, which is enough for folding."
         )
 
-    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
-        relative = estimate.relative("stretch_stiffness")
-        if relative <= POOR:
-            return []
-        return [
+    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
+        return (
             f"elongation: {millimetres(fit.measured)} read to {millimetres(fit.uncertainty)} gives Y only to within "
             f"{100 * relative:.0f} %. Read L1 and L2 more often, or hang the garment so that it is longer, because "
             "elongation grows with the square of the length."
-        ]
+        )
 
     def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]

@@ -19,7 +19,6 @@ from pydantic import Field, model_validator
 
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.oscillation import swings
-from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
 from tatamu.calibration.swing import MIN_AMPLITUDE, Swinging, SwungTest
@@ -66,6 +65,8 @@ class Fading(SwungTest):
     parameter = "air_drag_quadratic"
     unit = "-"
     rising = False
+    within = 5e-3
+    replaces: ClassVar = {"air_drag": 0.0}  # the drag that was assumed
     entry = FadingReadings
     needs = ("swing",)
     needs_because = "drag also slows the air that swings with the cloth"
@@ -97,11 +98,6 @@ class Fading(SwungTest):
         inverse = 1.0 / self.to - 1.0 / self.swinging.aside
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
-
-    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        found, fit = self.matched(laboratory, material, readings["count"], 5e-3)
-        # the drag that this test found replaces the assumed drag
-        return material.model_copy(update={self.parameter: found.parameter, "air_drag": 0.0}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         # The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n. Here n is the number of swings, `aside` the first

@@ -79,7 +79,6 @@ class Slope(LaterTest):
     read = "theta"
     words: ClassVar = {"L_t": "L_t, the board", "H_s": "H_s, the lifted end"}
     samples = "speed"
-    sheet = SIZE
 
     @classmethod
     def of(cls, entry: FrictionReadings, specimen: Specimen) -> Self:
@@ -87,6 +86,7 @@ class Slope(LaterTest):
 
     @property
     def textbook(self) -> float:
+        """The coefficient of friction by the textbook."""
         return float(np.tan(self.angle))
 
     def scene(self, material: Material) -> Scene:
@@ -178,7 +178,7 @@ class Slope(LaterTest):
         drawing.line(np.array([foot - [0.02, 0.0], [top[0] + 0.1, 0.0]]), "muted", 1.5)
         drawing.line(np.array([foot, top]), "muted", 5.0)
         middle = 0.55 * top
-        half = 0.5 * 1.2 * self.sheet[1] * top / board
+        half = 0.5 * 1.2 * SIZE[1] * top / board
         drawing.line(np.array([middle - half, middle + half]) + 0.012 * normal, CLOTH, 5.0)
         drawing.dimension(np.array([top[0] + 0.03, 0.0]), np.array([top[0] + 0.03, top[1]]), "H_s")
         drawing.dimension(foot + 0.05 * normal, top + 0.05 * normal, "L_t")

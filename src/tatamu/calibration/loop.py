@@ -19,17 +19,7 @@ from pydantic import model_validator
 from tatamu.base.errors import InputError
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import (
-    CLOTH,
-    DASH,
-    ElasticTest,
-    Readings,
-    Specimen,
-    Target,
-    millimetres,
-    strip_profile,
-    textbook_spread,
-)
+from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen, millimetres, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -79,6 +69,7 @@ class Loop(ElasticTest):
     read = "height of the loop"
     words: ClassVar = {"height": "the height of the loop"}
     reads: ClassVar = {"height": 1.0}
+    rising = True
 
     @classmethod
     def of(cls, entry: LoopReadings, specimen: Specimen) -> Self:
@@ -145,18 +136,11 @@ class Loop(ElasticTest):
     def guess(self, height: float, material: Material) -> float:
         return material.areal_density * GRAVITY * (max(height - LIFT * self.thickness, 0.1 * height) / HEIGHT) ** 3
 
-    def target(self, readings: Readings) -> Target:
-        height = readings["height"]
-        layers = 2.0 * self.thickness
-        return Target(
-            test=self,
-            measured=height.value,
-            uncertainty=height.uncertainty,
-            bound="at most" if height.value - height.uncertainty < layers else None,
-            straight=lambda value: float(np.log(max(value - 0.5 * layers, 1e-4))),
-            rising=True,
-            spread=textbook_spread(self.guess, height),
-        )
+    def bound(self, measured: float, error: float) -> str | None:
+        return "at most" if measured - error < 2.0 * self.thickness else None
+
+    def straight(self, reading: float) -> float:
+        return float(np.log(max(reading - self.thickness, 1e-4)))
 
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         return (

@@ -7,13 +7,13 @@ from markupsafe import Markup
 
 from tatamu.calibration.advice import NAMES, advice_on
 from tatamu.calibration.estimate import Fit
-from tatamu.calibration.friction import SLIDING
+from tatamu.calibration.friction import SLIDING, Slope
 from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import Calibration, rounded
-from tatamu.calibration.test import CalibrationTest, RestTest
+from tatamu.calibration.test import RestTest
 from tatamu.show import quantity
-from tatamu.show.chart import Chart, Plot, axis, band, line, log_axis, note, traces
+from tatamu.show.chart import Chart, Plot, axis, band, dots, line, log_axis, note, traces
 from tatamu.show.page import render
 
 ROOM = 1.6
@@ -82,8 +82,8 @@ def shown(calibration: Calibration, parameter: str) -> tuple[str, str]:
 def _chart(calibration: Calibration, fit: Fit) -> Plot:
     """Return a chart of the simulated readings over the parameter. The measured reading is a horizontal band."""
     test = calibration.setup.tests[fit.test]
-    if test.samples == "speed":
-        return _speed_chart(fit, test)
+    if isinstance(test, Slope):
+        return _speed_chart(fit, test.textbook)
     factor = quantity.factor(KNOWN[fit.parameter].unit)
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
@@ -118,25 +118,16 @@ def _chart(calibration: Calibration, fit: Fit) -> Plot:
     )
 
 
-def _speed_chart(fit: Fit, test: CalibrationTest) -> Plot:
+def _speed_chart(fit: Fit, textbook: float) -> Plot:
     """Return a chart of the simulated sheet's speed over the coefficient of friction. The speed is zero if it stays."""
-    dots = []
+    clouds = []
     for slides, name, symbol in ((True, "slides", "circle"), (False, "sticks", "square")):
         points = [sample for sample in fit.samples if (sample[1] > SLIDING) == slides]
-        dots.append(
-            {
-                "name": name,
-                "x": [float(point[0]) for point in points],
-                "y": [1e3 * float(point[1]) for point in points],
-                "mode": "markers",
-                "marker": {"symbol": symbol, "size": 8, "color": "@plot" if slides else "@reading"},
-                "hovertemplate": f"μ %{{x:.4g}}: {name}, %{{y:.2f}} mm/s<extra></extra>",
-            }
-        )
-    textbook = test.textbook
-    assert textbook is not None, "a test that reads a speed knows the textbook's value"
+        hover = f"μ %{{x:.4g}}: {name}, %{{y:.2f}} mm/s"
+        x, y = [float(point[0]) for point in points], [1e3 * float(point[1]) for point in points]
+        clouds.append(dots(x, y, hover, name=name, symbol=symbol, size=8, color="@plot" if slides else "@reading"))
     return traces(
-        dots,
+        clouds,
         xaxis=axis(KNOWN[fit.parameter].label),
         yaxis=axis("speed at the end [mm/s]"),
         showlegend=True,

@@ -25,7 +25,7 @@ from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.calibration.readings import Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Readings, Specimen, Target, textbook_spread
+from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout
@@ -105,6 +105,7 @@ class Plate(ElasticTest):
     read = "mean radius of the hem"
     words: ClassVar = {"hem": "the drape coefficient"}
     reads: ClassVar = {"hem": 1.0}
+    rising = True
     step = 0.4  # so large that differences exceed the random scatter
 
     @classmethod
@@ -181,18 +182,12 @@ class Plate(ElasticTest):
     def guess(self, radius: float, material: Material) -> float:
         return material.areal_density * GRAVITY * (self.overhang * length_share(self.coefficient_of(radius))) ** 3
 
-    def target(self, readings: Readings) -> Target:
-        hem = readings["hem"]
-        low, high = (self.coefficient_of(hem.value + sign * hem.uncertainty) for sign in (-1.0, 1.0))
-        return Target(
-            test=self,
-            measured=hem.value,
-            uncertainty=hem.uncertainty,
-            bound="at most" if low < 0.08 else "at least" if high > 0.93 else None,
-            straight=lambda radius: float(np.log(length_share(self.coefficient_of(radius)))),
-            rising=True,
-            spread=textbook_spread(self.guess, hem),
-        )
+    def bound(self, measured: float, error: float) -> str | None:
+        low, high = (self.coefficient_of(measured + sign * error) for sign in (-1.0, 1.0))
+        return "at most" if low < 0.08 else "at least" if high > 0.93 else None
+
+    def straight(self, reading: float) -> float:
+        return float(np.log(length_share(self.coefficient_of(reading))))
 
     def sentence(self, fit: Fit) -> str:
         measured, simulated = (100.0 * self.coefficient_of(radius) for radius in (fit.measured, fit.simulated))

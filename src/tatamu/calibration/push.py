@@ -100,6 +100,7 @@ class Push(LaterTest, RestTest):
         "cloth with a shear stiffness of its own, which bias gives it, resists compression as it does tension"
     )
     asks = ("compression", "knows no compression: its cloth resists it as it does tension")
+    rising = True
     read = "moved"
     words: ClassVar = {
         "push_length": "the length of the cloth ahead of the ruler",
@@ -147,18 +148,16 @@ class Push(LaterTest, RestTest):
         weight = material.friction_table * material.areal_density * GRAVITY
         return weight * self.length**2 / (2.0 * material.stretch_stiffness * max(self.pushed - moved, 1e-4))
 
+    def bound(self, measured: float, error: float) -> str | None:
+        return "at most" if measured < error else "at least" if measured > self.pushed - error else None
+
+    def straight(self, reading: float) -> float:
+        return float(-np.log(max(self.pushed - reading, 1e-5)))
+
     def target(self, readings: Readings) -> Target:
-        pushed = readings["pushed"]
-        moved = readings["moved"]
-        error = float(np.hypot(pushed.uncertainty, moved.uncertainty))
-        return Target(
-            test=self,
-            measured=moved.value,
-            uncertainty=error,
-            bound="at most" if moved.value < error else "at least" if moved.value > pushed.value - error else None,
-            straight=lambda value: float(-np.log(max(pushed.value - value, 1e-5))),
-            rising=True,
-        )
+        moved, pushed = readings["moved"], readings["pushed"]
+        error = float(np.hypot(pushed.uncertainty, moved.uncertainty))  # of the shortening
+        return Target(self, moved.value, error, self.bound(moved.value, error))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         # If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is

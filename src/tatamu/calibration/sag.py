@@ -9,7 +9,7 @@ grip, so that the bending starts at the front of the grip (docs/reference/checks
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Self
 
@@ -25,7 +25,6 @@ from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
 from tatamu.calibration.test import (
     CLOTH,
     DASH,
-    POOR,
     ElasticTest,
     Readings,
     Specimen,
@@ -160,22 +159,23 @@ class Sag(ElasticTest):
         return float(-rollout.positions[frame, self.mesh[0][:, 0] < 1e-9, 2].mean())
 
     def guess(self, sag: float, material: Material) -> float:
-        return material.areal_density * GRAVITY * self.free_length**3 / gamma_of(sag / self.free_length)
+        gamma = np.exp(np.interp(sag / self.free_length, [tip(gamma)[1] for gamma in GAMMAS], np.log(GAMMAS)))
+        return material.areal_density * GRAVITY * self.free_length**3 / float(gamma)
+
+    def bound(self, measured: float, error: float) -> str | None:
+        # cloth that hangs straight down gives "at most", cloth that stands out horizontally gives "at least"
+        if measured + error > LIMPEST * self.free_length:
+            return "at most"
+        return "at least" if measured - error < STIFFEST * self.free_length else None
+
+    def straight(self, reading: float) -> float:
+        return float(logit(np.clip(reading / self.free_length, 1e-4, 1.0 - 1e-4)))
 
     def target(self, readings: Readings) -> Target:
-        sag = readings["sag"]
-        length = readings["free_length"]
-        free = self.free_length
-        by_sag = textbook_spread(self.guess, sag)
-        by_length = textbook_spread(lambda free, material: Sag(free).guess(sag.value, material), length)
-        return Target(
-            test=self,
-            measured=sag.value,
-            uncertainty=sag.uncertainty,
-            bound=sag_bound(sag, free),
-            straight=lambda value: float(logit(np.clip(value / free, 1e-4, 1.0 - 1e-4))),
-            spread=float(np.hypot(by_sag, by_length)),
-        )
+        target = super().target(readings)
+        free_length = readings["free_length"]
+        by_length = textbook_spread(lambda free, material: Sag(free).guess(target.measured, material), free_length)
+        return replace(target, spread=float(np.hypot(target.spread, by_length)))
 
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         length = estimate.material.bending_length
@@ -192,11 +192,8 @@ class Sag(ElasticTest):
             f"{100 * BEST * length:.0f} cm or more."
         )
 
-    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
-        relative, share = estimate.relative("bending_rigidity"), _share(estimate, fit)
-        if relative <= POOR:
-            return []
-        return [f"sag: {share} tells B to {100 * relative:.0f} % only. {_longer_or_loop(estimate)}"]
+    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
+        return f"sag: {_share(estimate, fit)} tells B to {100 * relative:.0f} % only. {_longer_or_loop(estimate)}"
 
     def drawing(self, shape: np.ndarray) -> str:
         rows = np.unique(self.mesh[0][:, 0].round(6))
@@ -232,7 +229,7 @@ def _longer_or_loop(estimate: Estimate) -> str:
     if better >= MIN_FREE:
         expected = 1e3 * better * tip(BEST**3)[1]
         return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
-    if Loop.was_made(estimate.readings):
+    if Loop.words.keys() <= estimate.readings.keys():
         return f"A free length that would tell more ({100 * better:.1f} cm) is too short to grip."
     height = HEIGHT * length + LIFT * estimate.material.thickness
     return (
@@ -240,21 +237,3 @@ def _longer_or_loop(estimate: Estimate) -> str:
         "on the table instead, without pressing, and write the height of the loop into the table [loop], here "
         f"{1e3 * height:.0f} mm or less (`tatamu measure` says how)."
     )
-
-
-def sag_bound(sag: Reading, free_length: float) -> str | None:
-    """Return the kind of bound if a sag only bounds the bending rigidity; None if the sag determines the rigidity.
-
-    Cloth that hangs straight down gives "at most". Cloth that stands out horizontally gives "at least".
-    """
-    if sag.value + sag.uncertainty > LIMPEST * free_length:
-        return "at most"
-    return "at least" if sag.value - sag.uncertainty < STIFFEST * free_length else None
-
-
-def gamma_of(share: float) -> float:
-    """Return Gamma, the ratio of weight to bending rigidity, of a strip whose sag is this fraction of its free length.
-
-    The result is limited to the range of `GAMMAS`.
-    """
-    return float(np.exp(np.interp(share, [tip(gamma)[1] for gamma in GAMMAS], np.log(GAMMAS))))

@@ -8,6 +8,7 @@ adjusted until the simulated cloth has the measured period.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Self
@@ -20,7 +21,7 @@ from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp, longest_ed
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.match import Match, match
+from tatamu.calibration.match import match
 from tatamu.calibration.parameters import LIMITS, PLACE
 from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry, Times
 from tatamu.calibration.test import CLOTH, DASH, Changes, LaterTest, Readings, Specimen
@@ -131,6 +132,10 @@ class SwungTest(LaterTest):
     """Unit of the reading."""
     rising: ClassVar[bool]
     """Whether the reading rises with the parameter; otherwise it falls."""
+    within: ClassVar[float]
+    """Relative accuracy with which the reading is reproduced."""
+    replaces: ClassVar[Mapping[str, float]] = {}
+    """Other fields of the material, with the values that they have beside the parameter that was found."""
 
     @classmethod
     def blanks(cls, garment: Garment) -> dict[str, str]:
@@ -144,10 +149,8 @@ class SwungTest(LaterTest):
     def guess(self, reading: float, material: Material) -> float:
         """Return the parameter with which a rigid plate has this reading."""
 
-    def matched(
-        self, laboratory: Laboratory, material: Material, measured: Reading, within: float
-    ) -> tuple[Match, Fit]:
-        """Search for the parameter that reproduces the reading, to the relative accuracy `within`."""
+    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
+        (measured,) = (readings[name] for name in self.words)
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})
@@ -158,7 +161,7 @@ class SwungTest(LaterTest):
             measured.value,
             self.guess(measured.value, material),
             LIMITS[self.parameter],
-            within * measured.value,
+            self.within * measured.value,
             lambda value: float(np.log(max(value, 1e-3))),
             self.rising,
         )
@@ -174,7 +177,7 @@ class SwungTest(LaterTest):
             bound=None if found.reached else beyond,
             samples=found.samples,
         )
-        return found, fit
+        return material.model_copy(update={self.parameter: found.parameter, **self.replaces}), fit
 
     def drawing(self, shape: np.ndarray) -> str:
         return self.swinging.drawing()
@@ -192,6 +195,7 @@ class TenSwings(SwungTest):
     parameter = "air_added_mass"
     unit = "s"
     rising = True
+    within = 2e-3
     entry = SwingReadings
     asks = ("directional_air", "knows no air that cloth carries")
     read = "time of ten swings"
@@ -219,10 +223,6 @@ class TenSwings(SwungTest):
     def heavier(self, seconds: float) -> float:
         """Return 1 + m_a / rho of a plate that swings ten times in this time."""
         return float((seconds / 10 / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.swinging.hung.length))
-
-    def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        found, fit = self.matched(laboratory, material, readings["ten_swings"], 2e-3)
-        return material.model_copy(update={self.parameter: found.parameter}), fit
 
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
         # The period of the swings depends on m_a / rho, where rho is the areal density.

@@ -93,11 +93,6 @@ class CalibrationTest(ABC):
         """Return what stands in texts/NAME.toml, in the test's part of a measurements file, for each `$name`."""
         return {}
 
-    @classmethod
-    def was_made(cls, readings: Readings) -> bool:
-        """Return whether the measurements have the readings of this test."""
-        return cls.words.keys() <= readings.keys()
-
     @abstractmethod
     def scene(self, material: Material) -> Scene:
         """Return the simulated scene of this test with a material."""
@@ -105,11 +100,6 @@ class CalibrationTest(ABC):
     @abstractmethod
     def drawing(self, shape: np.ndarray) -> str:
         """Return a drawing of the test as SVG, from the positions of its cloth at rest [m], shape (n, 3)."""
-
-    @property
-    def textbook(self) -> float | None:
-        """The parameter by a textbook formula; None if the formula needs more than the reading."""
-        return None
 
     def record(self) -> dict[str, float]:
         """Return additional entries for the table [calibration] of the material's file."""
@@ -128,15 +118,19 @@ class CalibrationTest(ABC):
 
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences of advice to the user on the result of this test."""
-        return [self.advice_on_bound(estimate, fit)] if fit.bound else self.advice_on_value(estimate, fit)
+        if fit.bound:
+            return [self.advice_on_bound(estimate, fit)]
+        relative = estimate.relative(self.parameter)
+        advice = self.advice_on_poor(estimate, fit, relative) if relative > POOR else ""
+        return [advice] if advice else []
 
     @abstractmethod
     def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
         """Return advice if the test only bounds the parameter."""
 
-    def advice_on_value(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice if the test determines the parameter."""
-        return []
+    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
+        """Return advice if the test determines the parameter only to a large relative uncertainty; empty for none."""
+        return ""
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences that are printed after all advice."""
@@ -146,6 +140,11 @@ class CalibrationTest(ABC):
 class RestTest(CalibrationTest):
     """A test whose reading is a length of cloth at rest."""
 
+    reads: ClassVar[Mapping[str, float]]
+    """Factor of each reading in the measured length, which is their sum."""
+    rising: ClassVar[bool] = False
+    """Whether the length rises with the parameter; otherwise it falls."""
+
     @abstractmethod
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         """Return the length that a ruler would read on the simulated cloth [m]."""
@@ -154,16 +153,25 @@ class RestTest(CalibrationTest):
     def guess(self, reading: float, material: Material, /) -> float:
         """Return the parameter by a textbook formula, from the reading [m] and the other parameters of a material."""
 
-    @abstractmethod
+    def bound(self, measured: float, error: float) -> str | None:
+        """Return "at least" or "at most" if a length with an error [m] only bounds the parameter; otherwise None."""
+        return "at least" if measured < error else None
+
+    def straight(self, reading: float) -> float:
+        """Return a function of the length that is nearly linear in the logarithm of the parameter."""
+        return float(np.log(max(reading, 1e-6)))
+
     def target(self, readings: Readings) -> Target:
-        """Return what the simulation must reproduce: the measured reading, and whether it only bounds the parameter."""
+        """Return what the simulation must reproduce: the measured length, and whether it only bounds the parameter."""
+        length = sum(factor * readings[name].value for name, factor in self.reads.items())
+        error = float(np.hypot.reduce([readings[name].uncertainty for name in self.reads]))
+        spread = textbook_spread(self.guess, Reading(length, error))
+        return Target(self, length, error, self.bound(length, error), spread)
 
 
 class ElasticTest(RestTest):
     """A test whose length at rest depends on stretch stiffness and bending, and determines one of these parameters."""
 
-    reads: ClassVar[Mapping[str, float]]
-    """Factor of each reading in the measured length, which is their sum."""
     weighs: ClassVar[bool] = True
     """Whether the length depends on the cloth's own weight."""
     size: ClassVar[str | None] = None
@@ -203,10 +211,6 @@ class Target:
     """Standard uncertainty of the reading [m]."""
     bound: str | None
     """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
-    straight: Callable[[float], float]
-    """Function of the reading that is nearly linear in the logarithm of the parameter."""
-    rising: bool = False
-    """Whether the reading rises with the parameter; otherwise it falls."""
     spread: float = 1.0
     """Standard uncertainty of the parameter's logarithm by the textbook formula. It weights tests of one parameter."""
 
@@ -218,7 +222,7 @@ class Target:
     @property
     def aim(self) -> float:
         """Length that the simulation must reproduce [m]: the reading, shifted by its uncertainty if it only bounds."""
-        towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.rising else 1.0)
+        towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.test.rising else 1.0)
         return self.measured + towards * self.uncertainty
 
     def start(self, material: Material) -> float:
@@ -236,7 +240,8 @@ class Target:
             return laboratory.reading(self.test, material.model_copy(update={self.parameter: value}))
 
         within = max(laboratory.options.within * self.aim, laboratory.options.finest)
-        found = match(reading, self.aim, start, LIMITS[self.parameter], within, self.straight, self.rising)
+        test = self.test
+        found = match(reading, self.aim, start, LIMITS[self.parameter], within, test.straight, test.rising)
         if not np.isfinite(found.reading):
             raise SimulationError(f"{self.test.name}: {laboratory.simulator} gave up: {laboratory.failure}")
         return found
@@ -245,7 +250,7 @@ class Target:
         """Return the bound that the test gives, also because the simulator did not reach the reading; or None."""
         if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
             return self.bound
-        return "at most" if (found.reading < self.aim) != self.rising else "at least"
+        return "at most" if (found.reading < self.aim) != self.test.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
         """Return the result of the test. `shared` is true if other tests also determined the parameter."""

@@ -73,16 +73,6 @@ class Sensitivity:
     chance: float = 0.0
     """Standard uncertainty of the simulated reading due to chance [m]."""
 
-    @property
-    def row(self) -> int:
-        """Index of the test's parameter in `ELASTIC`."""
-        return ELASTIC.index(self.test.parameter)
-
-    @property
-    def along(self) -> tuple[float, float, float]:
-        """Derivatives of the reading by the logarithms of the parameters in `ELASTIC`, in this order."""
-        return self.slopes.stretch, self.slopes.bending, self.slopes.friction
-
 
 def contributions(
     readings: Readings, elastic: Sequence[Sensitivity], later: Sequence[tuple[LaterTest, Fit]]
@@ -139,8 +129,10 @@ def _elastic(tests: Sequence[Sensitivity], moved: Sequence[float]) -> np.ndarray
     matrix = np.eye(len(ELASTIC))
     wanted = np.zeros(len(ELASTIC))
     for each, by in zip(tests, moved, strict=True):
+        along = (each.slopes.stretch, each.slopes.bending, each.slopes.friction)
+        row = ELASTIC.index(each.test.parameter)
         for other in range(len(ELASTIC)):
-            if other != each.row:
-                matrix[each.row, other] += each.weight * each.along[other] / each.along[each.row]
-        wanted[each.row] += each.weight * by / each.along[each.row]
+            if other != row:
+                matrix[row, other] += each.weight * along[other] / along[row]
+        wanted[row] += each.weight * by / along[row]
     return np.asarray(np.linalg.solve(matrix, wanted))

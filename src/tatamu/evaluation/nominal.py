@@ -81,9 +81,3 @@ def refuse(task: Task, parameters: Mapping[str, int | float]) -> Evaluation | No
         return None
     found = unsimulated(task, parameters, f"out of reach of {task.reach.robot}")
     return replace(found, objective=found.objective + short, nominal=found.nominal + short)
-
-
-def _left_table(fold: Fold, positions: np.ndarray) -> bool:
-    flat, margin = fold.start[:, :2], 0.5  # width of the table around the cloth's start [m]
-    low, high = flat.min(0) - margin, flat.max(0) + margin
-    return bool((positions[:, :2] < low).any() or (positions[:, :2] > high).any())

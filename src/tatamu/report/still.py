@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tatamu.report.topview import painted
 from tatamu.show.image import save_png
 from tatamu.show.palette import LEFT, RIGHT, SOLID, TABLE, rgb
 from tatamu.show.raster import View
@@ -44,8 +45,8 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
         flying: Whether to draw the cloth twice: after the fold, and at the moment when a hand is highest.
     """
     paths = [fold.hand(arm) for arm in fold.arms]
-    body = cloth(fold.final, fold.faces, fold.start, fold.lower)
-    flight = cloth(fold.rollout.positions[np.argmax(paths[0][:, 2])], fold.faces, fold.start, fold.lower)
+    body = painted(fold, fold.final)
+    flight = painted(fold, fold.rollout.positions[np.argmax(paths[0][:, 2])])
     view = _eye(np.vstack([fold.final, flight.points, *paths]))
     sun = _Sun([body], np.vstack([fold.final, *paths]))
     lowest = float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2

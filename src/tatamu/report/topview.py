@@ -14,7 +14,7 @@ from tatamu.show.image import data_uri
 from tatamu.show.palette import TARGET, rgb
 from tatamu.show.raster import View, rasterise
 from tatamu.show.replay import HAND_COLOURS
-from tatamu.show.shading import cloth, occlusion, see, shade, shrink, to_pixels
+from tatamu.show.shading import PaintedMesh, cloth, occlusion, see, shade, shrink, to_pixels
 from tatamu.show.shapes import Dot, Picture
 from tatamu.study.result import Result
 
@@ -59,29 +59,33 @@ def extent(*shapes: np.ndarray, margin: float = 0.03, wide: int = WIDE) -> Exten
     return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin, wide)
 
 
-def draw(fold: Result, points: np.ndarray, area: Extent) -> tuple[np.ndarray, np.ndarray]:
-    """Draw the cloth at positions `points` (n, 3) from above, `FINER` times larger than the final picture.
+def painted(fold: Result, points: np.ndarray) -> PaintedMesh:
+    """Return the mesh of a fold's cloth at the positions `points` [m], shape (n, 3)."""
+    return cloth(points, fold.faces, fold.start, fold.lower)
+
+
+def draw(mesh: PaintedMesh, area: Extent) -> tuple[np.ndarray, np.ndarray]:
+    """Draw cloth from above, `FINER` times larger than the final picture.
 
     The result is an image in linear light, shape (h, w, 4), and the mask of the cloth, shape (h, w).
     """
     view = area.view(area.wide * FINER)
-    mesh = cloth(points, fold.faces, fold.start, fold.lower)
     visible, depth = see(view, mesh)
     image = np.zeros((*view.shape, 4))
-    lower = occlusion(depth, float(points[:, 2].min()), 0.004 * view.scale, 0.002)
+    lower = occlusion(depth, float(mesh.points[:, 2].min()), 0.004 * view.scale, 0.002)
     image[..., 3] = 0.35 * lower
     image[visible.mask, :3] = shade(view, mesh, visible) * (1.0 - 0.55 * lower[visible.mask])[:, None]
     image[visible.mask, 3] = 1.0
     return image, visible.mask
 
 
-def mask(fold: Result, points: np.ndarray, area: Extent) -> np.ndarray:
-    """Return the mask of those pixels that the cloth, shape (n, 3), covers as seen from above, shape (h, w).
+def mask(mesh: PaintedMesh, area: Extent) -> np.ndarray:
+    """Return the mask of those pixels that cloth covers as seen from above, shape (h, w).
 
     The mask has the size of the image that `draw` returns.
     """
     view = area.view(area.wide * FINER)
-    return rasterise(view.project(points), fold.faces, view.shape).mask
+    return rasterise(view.project(mesh.points), mesh.faces, view.shape).mask
 
 
 def outlined(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
@@ -112,8 +116,8 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
     The picture of the final shape has the title `name`.
     """
     area = extent(goal, fold.final)
-    target, wanted = draw(fold, goal, area)
-    final, _ = draw(fold, fold.final, area)
+    target, wanted = draw(painted(fold, goal), area)
+    final, _ = draw(painted(fold, fold.final), area)
     return [
         view("Target", "the target shape", target, area),
         view(name, "the cloth at rest", final, area, paths(fold)),
@@ -125,8 +129,9 @@ def failures(fold: Result) -> list[TopView]:
     """Return a picture from above for each cause of failure that was simulated, with the target's outline."""
     shown = fold.failures
     area = extent(fold.target, *shown.values())
-    _, wanted = draw(fold, fold.target, area)
-    return [view(cause, "", outlined(draw(fold, ends, area)[0], wanted), area) for cause, ends in shown.items()]
+    _, wanted = draw(painted(fold, fold.target), area)
+    images = ((cause, draw(painted(fold, ends), area)[0]) for cause, ends in shown.items())
+    return [view(cause, "", outlined(image, wanted), area) for cause, image in images]
 
 
 def paths(fold: Result) -> list[np.ndarray]:

@@ -8,8 +8,8 @@ from time import monotonic
 from typing import Protocol
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
-from rich.text import Text
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Column
 
 PERCENT = 10
 """Part of the work between two lines, if there is no terminal [%]."""
@@ -37,7 +37,8 @@ def progress(title: str, total: int | None = None, unit: str = "", console: Cons
     """
     console = console or Console(stderr=True)
     work = _Work(total, unit)
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(20), _Remaining(work))
+    counts = TextColumn("{task.fields[work]}", markup=False, table_column=Column())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(20), counts)
     printed = -1
 
     def report(done: int, total: int | None = None, what: str = "") -> None:
@@ -51,14 +52,14 @@ def progress(title: str, total: int | None = None, unit: str = "", console: Cons
             console.print(f"{text}: {work}", soft_wrap=True, markup=False, highlight=False)
 
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        line = bar.add_task(title, total=total)
+        line = bar.add_task(title, total=total, work=work)
         if not console.is_terminal:
             console.print(f"{title} ..", soft_wrap=True, markup=False, highlight=False)
         yield report
 
 
 class _Work:
-    """How much is done, and since when."""
+    """How much is done, and since when; as text, the counts and the time left."""
 
     def __init__(self, total: int | None, unit: str) -> None:
         self.total = total
@@ -84,17 +85,6 @@ class _Work:
         if self._ends is None or self._done >= self.total:
             return text
         return f"{text}, about {duration(self._ends - monotonic())} left"
-
-
-class _Remaining(ProgressColumn):
-    """Column with the counts and the time left."""
-
-    def __init__(self, work: _Work) -> None:
-        super().__init__()
-        self._work = work
-
-    def render(self, task: Task) -> Text:
-        return Text(str(self._work))
 
 
 def duration(seconds: float) -> str:

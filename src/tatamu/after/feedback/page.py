@@ -32,7 +32,7 @@ from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
 from tatamu.report.headline import title as fold_title
-from tatamu.report.topview import TopView, draw, extent, mask, outlined, view
+from tatamu.report.topview import TopView, draw, extent, mask, outlined, painted, view
 from tatamu.show.chart import Chart, Plot, axis, line, rows, traces
 from tatamu.show.image import jpeg_uri
 from tatamu.show.page import render
@@ -214,11 +214,12 @@ def _views(found: Feedback) -> list[TopView]:
     finals = [(name, note, final) for name, note, final in ends if final is not None]
     # larger pictures would take most of the time of the page
     area = extent(target, *(final for *_, final in finals), wide=400)
-    wanted = mask(found.learned, target, area)
+    wanted = mask(painted(found.learned, target), area)
 
     def picture(end: tuple[str, str, np.ndarray]) -> TopView:
         name, note, final = end
-        return view(name, note, outlined(draw(found.learned, final, area)[0], wanted), area)
+        image, _ = draw(painted(found.learned, final), area)
+        return view(name, note, outlined(image, wanted), area)
 
     with ThreadPoolExecutor() as workers:
         return list(workers.map(picture, finals))

@@ -16,7 +16,7 @@ from tatamu.report.measures import MEASURES
 from tatamu.report.still import FINER
 from tatamu.report.still import render as still
 from tatamu.report.tables import Column
-from tatamu.report.topview import TopView, draw, extent, outlined, paths, view
+from tatamu.report.topview import TopView, draw, extent, outlined, painted, paths, view
 from tatamu.show.chart import Chart, Plot, axis, traces
 from tatamu.show.image import save_png
 from tatamu.show.page import render
@@ -80,13 +80,14 @@ def _charts(opinion: Opinion, second: Result) -> dict[str, list[Chart]]:
 def _views(first: Result, second: Result, opinion: Opinion) -> list[TopView]:
     area = extent(first.target, first.final, second.final)
     hands = paths(first)
-    target, wanted = draw(first, first.target, area)
+    target, wanted = draw(painted(first, first.target), area)
     views = [view("Target", "the target shape", target, area)]
     for fold, name, word in (
         (first, opinion.learned.simulator, "learned here"),
         (second, opinion.simulator, "the second opinion"),
     ):
-        views.append(view(name.capitalize(), word, outlined(draw(fold, fold.final, area)[0], wanted), area, hands))
+        final, _ = draw(painted(fold, fold.final), area)
+        views.append(view(name.capitalize(), word, outlined(final, wanted), area, hands))
     return views
 
 

@@ -78,22 +78,16 @@ class Drapemeter:
         flat = np.column_stack([points, 0.5 * material.thickness + height])
         u = np.linspace(0.0, 1.0, 21)
         path = np.outer(minimum_jerk(u), [0.0, 0.0, 0.1])  # farther than the cloth hangs down
+        # such a large drag does no harm, because only the shape at rest is read
+        drag = float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / (self.specimen - self.plate)))
         return Scene(
             cloth=Cloth(vertices=flat, faces=faces, rest_vertices=self.unstrained),
-            material=material.model_copy(update={"friction_table": 0.0, "air_drag": self.damping(material)}),
+            material=material.model_copy(update={"friction_table": 0.0, "air_drag": drag}),
             table=Table(),
             grippers=[Gripper(vertices=self.held.tolist(), times=(RISING * u).tolist(), displacements=path)],
             duration=RISING + 2.0,
             frame_rate=10.0,
         )
-
-    def damping(self, material: Material) -> float:
-        """Return the air drag that damps the hanging cloth critically [N s/m^3].
-
-        Such a large drag does no harm, because only the shape at rest is read.
-        """
-        free = self.specimen - self.plate
-        return float(2.0 * material.areal_density * np.sqrt(1.5 * GRAVITY / free))
 
 
 def _ring(radius: float, spacing: float, turn: float) -> np.ndarray:

@@ -22,7 +22,7 @@ from tatamu.base.version import __version__
 from tatamu.lerobot.files import PARTS
 from tatamu.policies.dataset.arms import Stand
 from tatamu.policies.dataset.episode import Episode
-from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.record import parsed
 from tatamu.policies.dataset.specification import DatasetSpecification
 
 VERSION = 1
@@ -138,7 +138,7 @@ class DatasetFolder:
         """Return a stored episode."""
         file = self.episode_file(number)
         arrays = read_npz(file, "a recorded episode")
-        return Episode(_record(file, arrays.pop("record")), arrays)
+        return Episode(parsed(str(arrays.pop("record")), file, "is not a recorded episode"), arrays)
 
     def finish(self, record: DatasetRecord) -> None:
         """Move the finished files to their places, and remove the temporary ones."""
@@ -166,11 +166,3 @@ def _read_record(file: Path) -> DatasetRecord:
     if version != VERSION:
         raise InputError(f"{file}: version: must be {VERSION}, given {json.dumps(version)}")
     return validated(DatasetRecord, value, file)
-
-
-def _record(file: Path, text: np.ndarray) -> EpisodeRecord:
-    try:
-        value = json.loads(str(text))
-    except ValueError:
-        raise InputError(f"{file}: is not a recorded episode") from None
-    return validated(EpisodeRecord, value, file)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
+from tatamu.base.errors import InputError
+from tatamu.base.files import validated
 from tatamu.base.records import OpenRecord
 from tatamu.evaluation.success import interval_of
 from tatamu.folding.score import Score
@@ -114,6 +118,15 @@ class EpisodeRecord(Subject):
         """Return the record with the success rate of its fold."""
         share = {"held_share": held / draws, "held_interval": interval_of(held, draws)}
         return self.model_copy(update={"held": held, "held_draws": draws, "held_from": source, **share})
+
+
+def parsed(text: str, path: Path, wrong: str = "record: is not valid JSON") -> EpisodeRecord:
+    """Return the record of an episode from its JSON text in a file, of which `wrong` is said if it is no JSON."""
+    try:
+        value = json.loads(text)
+    except ValueError:
+        raise InputError(f"{path}: {wrong}") from None
+    return validated(EpisodeRecord, value, path)
 
 
 def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[EpisodeRecord]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,10 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.extras import needed
-from tatamu.base.files import foreign, replacing, validated
+from tatamu.base.files import foreign, replacing
 from tatamu.lerobot.files import table_of
 from tatamu.policies.dataset.demonstrations import columns_of
-from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.record import EpisodeRecord, parsed
 
 
 def row_of(record: EpisodeRecord, final: np.ndarray) -> dict[str, Any]:
@@ -33,7 +32,7 @@ def read_records(path: Path) -> list[EpisodeRecord]:
     """Return the record of every episode in the table."""
     with foreign(path, "a table of episodes"):
         table = needed("pyarrow.parquet", "dataset").read_table(path, columns=["record"])
-    return [_record(path, text) for text in table["record"].to_pylist()]
+    return [parsed(text, path) for text in table["record"].to_pylist()]
 
 
 def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
@@ -49,12 +48,4 @@ def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
             raise InputError(f"episode: must be from 0 to {count - 1}, given {episode}")
         rule = [("episode", "==", episode)]
         row = parquet.read_table(path, columns=["record", "final"], filters=rule).to_pylist()[0]
-    return _record(path, row["record"]), np.array(row["final"]).reshape(-1, 3)
-
-
-def _record(path: Path, text: str) -> EpisodeRecord:
-    try:
-        value = json.loads(text)
-    except ValueError:
-        raise InputError(f"{path}: record: is not valid JSON") from None
-    return validated(EpisodeRecord, value, path)
+    return parsed(row["record"], path), np.array(row["final"]).reshape(-1, 3)
