@@ -28,7 +28,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.tables import IMAGES, markdown, publish
 from tatamu.base.files import read_json, write_json
-from tatamu.evaluation.disturbances import Stream, default_disturbances, sample_worlds
+from tatamu.evaluation.disturbances import Stream, default_disturbances, sample_scenarios
 from tatamu.evaluation.disturbances.aim import aim_for
 from tatamu.evaluation.draws import Draws, Subject
 from tatamu.evaluation.nominal import Nominal
@@ -107,7 +107,7 @@ def load() -> float:
 
 def in_fresh_scenarios(task: Task, parameters: Mapping[str, int | float]) -> Success:
     """Simulate a fold in scenarios that no search used."""
-    scenarios = sample_worlds(default_disturbances(), DRAWS, UNUSED_SEED, Stream.MARGINS)
+    scenarios = sample_scenarios(default_disturbances(), DRAWS, UNUSED_SEED, Stream.MARGINS)
     with ThreadPoolExecutor(processors()) as workers:
         return Success.of(task.fold, Draws(Subject(task, parameters), workers).outcomes(scenarios), Limits())
 

@@ -27,7 +27,7 @@ from benchmarks.tables import markdown, publish
 from tatamu.after.feedback import Feedback, FeedbackFolder, feedback_of, from_numbers
 from tatamu.after.feedback.correction import added, shifts_against
 from tatamu.api import learn
-from tatamu.evaluation.disturbances import Split, World, hand_failure, split
+from tatamu.evaluation.disturbances import Scenario, Split, hand_failure, split
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import HandShift
 from tatamu.folding.marks import MARKS, marks
@@ -93,19 +93,19 @@ class SetUp:
         task = self.found.learned.task
         return replace(task, shift=added(task.shift, tuple(shift)))
 
-    def _world(self, values: np.ndarray) -> World:
-        return World(dict(zip(self.parts.names, map(float, values), strict=True)))
+    def _scenario(self, values: np.ndarray) -> Scenario:
+        return Scenario(dict(zip(self.parts.names, map(float, values), strict=True)))
 
     def _failure(self, values: np.ndarray, task: Task) -> str | None:
         manipulation = task.manipulation(self.found.learned.best.parameters)
-        return hand_failure(task.fold, manipulation, self._world(values))
+        return hand_failure(task.fold, manipulation, self._scenario(values))
 
     def end(self, random: np.ndarray, shift: Sequence[HandShift]) -> tuple[np.ndarray, Score] | None:
         """Return the vertices after a corrected fold, and its score; None if a hand fails."""
         values, task = self.systematic + random, self._task(shift)
         if self._failure(values, task) is not None:
             return None
-        found = Nominal(task).simulate(self.found.learned.best.parameters, self._world(values))
+        found = Nominal(task).simulate(self.found.learned.best.parameters, self._scenario(values))
         return None if found.rollout is None or found.score is None else (found.rollout.positions[-1], found.score)
 
     def measured(self, found: Feedback, index: int) -> Feedback:
@@ -140,7 +140,7 @@ class SetUp:
     def _exact(self) -> tuple[HandShift, ...]:
         """Return the correction that undoes the true systematic errors."""
         learned = self.found.learned
-        return shifts_against(learned.task.fold, learned.manipulation, self._world(self.systematic))
+        return shifts_against(learned.task.fold, learned.manipulation, self._scenario(self.systematic))
 
 
 def rows_of(out: Path, set_ups: int, draws: int, trials: int) -> list[Row]:

@@ -20,7 +20,7 @@ from benchmarks.gains import CASES, DRAWS, UNUSED_SEED, in_fresh_scenarios, rang
 from benchmarks.tables import markdown, publish
 from tatamu.base.files import read_json, write_json
 from tatamu.evaluation.array import LEVEL
-from tatamu.evaluation.disturbances import Stream, World, default_disturbances, disturbed_scene, sample_worlds
+from tatamu.evaluation.disturbances import Scenario, Stream, default_disturbances, disturbed_scene, sample_scenarios
 from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.scenarios import Scenarios, array_scenarios
 from tatamu.folding.parameters import arched_inwards
@@ -42,7 +42,7 @@ class FoldOver(Scenarios):
     """Scores a fold over the scenarios of an array and their mirror images."""
 
     @cached_property
-    def sample(self) -> list[World]:
+    def sample(self) -> list[Scenario]:
         return [each for sign in (1, -1) for each in array_scenarios(self.disturbances, sign * self.level)]
 
 
@@ -82,7 +82,7 @@ def verdicts(case: str, index: int) -> list[float | None]:
     """Return the mean distance from the target on the mesh and on one of half its spacing, None if it fails [m]."""
     task = CASES[case].task()
     fold, manipulation = task.fold, task.manipulation(arched_inwards(task.fold))
-    scenario = sample_worlds(default_disturbances(), index + 1, UNUSED_SEED, Stream.MARGINS)[index]
+    scenario = sample_scenarios(default_disturbances(), index + 1, UNUSED_SEED, Stream.MARGINS)[index]
     found = Nominal(task).fixed(manipulation, scenario)
     if found.rollout is None:
         return [None, None]

@@ -10,10 +10,10 @@ import sys
 from pathlib import Path
 
 import tatamu as tt
-from tatamu.evaluation.disturbances import World
+from tatamu.evaluation.disturbances import Scenario
 from tatamu.folding.marks import marks
 
-REALITY = World({"hands.offset.along": 0.008})
+REALITY = Scenario({"hands.offset.along": 0.008})
 
 
 def main(out: Path = Path("runs/observed"), spacing: float = 0.025) -> float:

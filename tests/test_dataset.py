@@ -326,7 +326,7 @@ def _record(episode: int, fold: int, success: bool, **more: Any) -> EpisodeRecor
     return EpisodeRecord(episode=episode, fold=fold, success=success, **plain, **more)
 
 
-def test_the_share_of_a_fold_is_of_its_worlds_or_of_its_episodes() -> None:
+def test_the_share_of_a_fold_is_of_its_scenarios_or_of_its_episodes() -> None:
     records = [_record(0, 0, True), _record(1, 0, False), _record(2, 1, True).with_share(9, 10, "worlds")]
     records += [_record(3, 1, False), _record(4, 2, True)]
     shared = with_shares(records, disturbed=True)

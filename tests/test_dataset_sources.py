@@ -36,7 +36,7 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_learned_fold_is_recorded_in_worlds_of_its_neighbourhood(learned: Path, tmp_path: Path) -> None:
+def test_a_learned_fold_is_recorded_in_scenarios_of_its_neighbourhood(learned: Path, tmp_path: Path) -> None:
     fold = {"source": "learned", "runs": [str(learned)]}
     made = make(tmp_path / "folds", garment=None, fold=fold, per_fold=2, outcome={"worlds": 3})
     first, second = read_records(made.table)
@@ -58,7 +58,7 @@ def test_a_sweep_is_recorded(learned: Path, tmp_path: Path) -> None:
     assert not replay(made.path, 0).differs
 
 
-def test_worlds_and_a_second_simulator_judge_each_fold(tmp_path: Path) -> None:
+def test_scenarios_and_a_second_simulator_judge_each_fold(tmp_path: Path) -> None:
     made = make(tmp_path / "folds", episodes=1, outcome={"worlds": 4, "simulator": "mujoco"})
     (record,) = read_records(made.table)
     assert (record.held_from, record.held_draws, record.second_simulator) == ("worlds", 4, "mujoco")

@@ -16,13 +16,13 @@ from tatamu.evaluation.disturbances import (
     CHANNELS,
     NOMINAL,
     Disturbances,
+    Scenario,
     Stream,
-    World,
     deviations,
     disturbed_scene,
     hand_failure,
     load_disturbances,
-    sample_worlds,
+    sample_scenarios,
     with_calibrated,
 )
 from tatamu.evaluation.disturbances.channels import FIELDS
@@ -109,17 +109,17 @@ def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> Non
     assert set(TITLES) == {channel.name for channel in CHANNELS}
 
 
-def test_worlds_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
-    few, many = (sample_worlds(default(), count, 7, Stream.MARGINS) for count in (4, 9))
+def test_scenarios_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
+    few, many = (sample_scenarios(default(), count, 7, Stream.MARGINS) for count in (4, 9))
     assert few == many[:4]
-    assert sample_worlds(default(), 4, 8, Stream.MARGINS) != few
-    assert sample_worlds(default(), 4, 7, Stream.JUDGING) != few
+    assert sample_scenarios(default(), 4, 8, Stream.MARGINS) != few
+    assert sample_scenarios(default(), 4, 7, Stream.JUDGING) != few
 
 
-def test_what_one_world_draws_of_one_thing_does_not_depend_on_the_others() -> None:
-    alone = sample_worlds(Disturbances.model_validate({"table": {"height": 0.002}}), 5, 0, Stream.MARGINS)
-    among = sample_worlds(default(), 5, 0, Stream.MARGINS)
-    assert [world["table.height"] for world in alone] == [world["table.height"] for world in among]
+def test_what_one_scenario_draws_of_one_thing_does_not_depend_on_the_others() -> None:
+    alone = sample_scenarios(Disturbances.model_validate({"table": {"height": 0.002}}), 5, 0, Stream.MARGINS)
+    among = sample_scenarios(default(), 5, 0, Stream.MARGINS)
+    assert [scenario["table.height"] for scenario in alone] == [scenario["table.height"] for scenario in among]
 
 
 def test_deviations_and_correlations_are_those_of_the_file() -> None:
@@ -131,12 +131,12 @@ def test_deviations_and_correlations_are_those_of_the_file() -> None:
         },
     }
     disturbances = Disturbances.model_validate(plain)
-    worlds = sample_worlds(disturbances, 3000, 1, Stream.MARGINS)
+    scenarios = sample_scenarios(disturbances, 3000, 1, Stream.MARGINS)
     for name, deviation in deviations(disturbances).items():
-        values = np.array([world[name] for world in worlds])
+        values = np.array([scenario[name] for scenario in scenarios])
         assert values.std() == pytest.approx(deviation, rel=0.06)
         assert abs(values.mean()) < 0.08 * deviation
-    both = np.array([[w["material.bending_rigidity"], w["material.friction_table"]] for w in worlds])
+    both = np.array([[w["material.bending_rigidity"], w["material.friction_table"]] for w in scenarios])
     assert np.corrcoef(both.T)[0, 1] == pytest.approx(-0.8, abs=0.03)
 
 
@@ -161,7 +161,7 @@ def test_a_calibrated_material_brings_its_own(tmp_path: Path) -> None:
 def test_where_nothing_is_off_the_scene_is_the_usual_one(task: Task, low: Manipulation) -> None:
     usual = scene_of(task.fold, low)
     assert disturbed_scene(task.fold, low, NOMINAL).model_dump_json() == usual.model_dump_json()
-    tiny = World({channel.name: 1e-300 for channel in CHANNELS})
+    tiny = Scenario({channel.name: 1e-300 for channel in CHANNELS})
     near = disturbed_scene(task.fold, low, tiny)
     assert not tiny.is_nominal and near.duration == usual.duration and near.material == usual.material
     times = np.arange(near.frames) / near.frame_rate
@@ -194,13 +194,13 @@ def test_each_disturbance_moves_the_release_as_it_should(
     task: Task, low: Manipulation, name: str, value: float, moved: list[list[float]]
 ) -> None:
     usual = ends(scene_of(task.fold, low))
-    assert ends(disturbed_scene(task.fold, low, World({name: value}))) - usual == pytest.approx(
+    assert ends(disturbed_scene(task.fold, low, Scenario({name: value}))) - usual == pytest.approx(
         np.array(moved), abs=1e-9
     )
 
 
 def test_hands_turn_as_a_pair_about_the_middle_between_them(task: Task, low: Manipulation) -> None:
-    shift = ends(disturbed_scene(task.fold, low, World({"hands.yaw": 0.1}))) - ends(scene_of(task.fold, low))
+    shift = ends(disturbed_scene(task.fold, low, Scenario({"hands.yaw": 0.1}))) - ends(scene_of(task.fold, low))
     apart = low.positions[0][1] - low.positions[1][1]
     assert shift[:, 0] == pytest.approx(np.array([-1, 1]) * np.sin(0.1) * apart / 2)
     assert shift.sum(axis=0) == pytest.approx(0.0)
@@ -208,19 +208,19 @@ def test_hands_turn_as_a_pair_about_the_middle_between_them(task: Task, low: Man
 
 def test_hands_follow_their_path_faster_and_open_one_after_the_other(task: Task, low: Manipulation) -> None:
     usual = scene_of(task.fold, low)
-    fast = disturbed_scene(task.fold, low, World({"hands.speed": np.log(2.0)}))
+    fast = disturbed_scene(task.fold, low, Scenario({"hands.speed": np.log(2.0)}))
     seconds = usual.grippers[0].times[-1] - usual.grippers[0].times[0]
     assert fast.grippers[0].times[-1] - fast.grippers[0].times[0] == pytest.approx(seconds / 2)
     assert fast.duration == pytest.approx(usual.duration - seconds / 2)
     for delay, late in ((0.1, 0), (-0.1, 1)):
-        scene = disturbed_scene(task.fold, low, World({"hands.opening_delay": delay}))
+        scene = disturbed_scene(task.fold, low, Scenario({"hands.opening_delay": delay}))
         opened = [gripper.opens for gripper in scene.grippers]
         assert opened[late] - opened[1 - late] == pytest.approx(0.1)  # type: ignore[operator]
         assert scene.duration == pytest.approx(usual.duration + 0.1)
 
 
 def test_a_hand_that_is_too_low_meets_the_table(task: Task, low: Manipulation) -> None:
-    scene = disturbed_scene(task.fold, low, World({"hands.offset.up": -0.02}))
+    scene = disturbed_scene(task.fold, low, Scenario({"hands.offset.up": -0.02}))
     half = 0.5 * task.fold.garment.material.thickness
     for gripper in scene.grippers:
         heights = scene.cloth.vertices[gripper.vertices, 2].min() + gripper.displacements[:, 2]
@@ -228,19 +228,19 @@ def test_a_hand_that_is_too_low_meets_the_table(task: Task, low: Manipulation) -
 
 
 def test_a_grasp_a_cell_farther_along_holds_the_next_vertex(task: Task, low: Manipulation) -> None:
-    scene = disturbed_scene(task.fold, low, World({"grasp.along.left": -0.04}))
+    scene = disturbed_scene(task.fold, low, Scenario({"grasp.along.left": -0.04}))
     held = scene.cloth.vertices[scene.grippers[0].vertices, 1].mean()
     usual = scene_of(task.fold, low)
     assert held < usual.cloth.vertices[usual.grippers[0].vertices, 1].mean() - 0.02
 
 
 def test_fingers_that_close_beside_the_cloth_hold_nothing(task: Task, low: Manipulation) -> None:
-    scene = disturbed_scene(task.fold, low, World({"grasp.into.left": -0.012}))
+    scene = disturbed_scene(task.fold, low, Scenario({"grasp.into.left": -0.012}))
     assert len(scene.grippers) == 1
 
 
-def judged(task: Task, world: World) -> Outcome:
-    return simulate_outcome(task, LOW, world)
+def judged(task: Task, scenario: Scenario) -> Outcome:
+    return simulate_outcome(task, LOW, scenario)
 
 
 @pytest.mark.parametrize(
@@ -265,16 +265,16 @@ def judged(task: Task, world: World) -> Outcome:
 def test_a_hand_that_cannot_do_its_part_has_failed_whatever_the_cloth_does(
     task: Task, low: Manipulation, values: dict[str, float], says: str | None
 ) -> None:
-    found = hand_failure(task.fold, low, World(values))
+    found = hand_failure(task.fold, low, Scenario(values))
     assert (found is None) if says is None else (found or "").startswith(says)
     if says is not None:
-        verdict = judged(task, World(values))
+        verdict = judged(task, Scenario(values))
         assert not Limits().hold(verdict) and verdict.error == found
 
 
 def test_how_far_a_hand_yields_is_stated_with_its_fingers(task: Task, low: Manipulation) -> None:
     soft = replace(task.fold, fingers=Fingers(compliance=0.02))
-    assert hand_failure(soft, low, World({"hands.offset.up": -0.018})) is None
+    assert hand_failure(soft, low, Scenario({"hands.offset.up": -0.018})) is None
 
 
 def test_the_part_that_moves_is_judged_as_well_as_the_whole() -> None:
@@ -286,7 +286,7 @@ def test_the_part_that_moves_is_judged_as_well_as_the_whole() -> None:
 def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Manipulation) -> None:
     usual = task.fold.garment.material
     values = {f"material.{name}": 0.1 for name in FIELDS} | {"material.friction_table": 9.0}
-    scene = disturbed_scene(task.fold, low, World(values))
+    scene = disturbed_scene(task.fold, low, Scenario(values))
     assert scene.material.bending_rigidity == pytest.approx(usual.bending_rigidity * np.exp(0.1))
     assert scene.material.friction_table == 10.0
     assert scene.material.compression == 1.0
@@ -296,8 +296,8 @@ def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Mani
 
 
 def test_hands_that_would_grasp_one_place_fail_and_end_nothing(task: Task) -> None:
-    world = World({"grasp.along.left": -0.1, "grasp.along.right": 0.1})
-    found = Outcome.of(Nominal(task).simulate(LOW, world), task.fold)
+    scenario = Scenario({"grasp.along.left": -0.1, "grasp.along.right": 0.1})
+    found = Outcome.of(Nominal(task).simulate(LOW, scenario), task.fold)
     assert found.error == "both hands grasp the same place" and not Limits().hold(found)
 
 
@@ -314,12 +314,12 @@ def test_a_rate_counts_failures_by_cause_and_has_the_interval_of_clopper_and_pea
 @pytest.mark.parametrize(
     ("field", "value"), [("shear_stiffness", 30.0), ("bending_rigidity_initial", 5e-5), ("bending_rigidity_bias", 2e-5)]
 )
-def test_no_world_has_a_material_that_cannot_be(task: Task, low: Manipulation, field: str, value: float) -> None:
+def test_no_scenario_has_a_material_that_cannot_be(task: Task, low: Manipulation, field: str, value: float) -> None:
     usual = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=4e-5, friction_table=0.5)
     woven = Material.model_validate({**usual.model_dump(), field: value})
     garment = replace(task.fold.garment, material=woven)
-    world = World({f"material.{field}": -0.9, "material.compression": -0.2, "material.bending_rigidity": 0.1})
-    found = disturbed_scene(replace(task.fold, garment=garment), low, world).material
+    scenario = Scenario({f"material.{field}": -0.9, "material.compression": -0.2, "material.bending_rigidity": 0.1})
+    found = disturbed_scene(replace(task.fold, garment=garment), low, scenario).material
     assert Material.model_validate(found.model_dump()) == found
 
 
@@ -351,7 +351,7 @@ def test_what_another_version_of_the_simulator_said_is_not_asked(task: Task, mon
 
 def test_outcomes_are_kept_and_what_is_none_is_passed_over(task: Task, tmp_path: Path) -> None:
     file, subject = tmp_path / "kept" / "simulated.jsonl", Subject(task, LOW)
-    scenario = World({"hands.offset.up": 0.001})
+    scenario = Scenario({"hands.offset.up": 0.001})
     with ThreadPoolExecutor(1) as workers:
         found = Draws(subject, workers, file).outcomes([scenario])
         with file.open("a") as kept:
@@ -367,10 +367,10 @@ def test_outcomes_are_kept_and_what_is_none_is_passed_over(task: Task, tmp_path:
 def test_a_low_fold_suffers_where_hands_are_low_and_a_high_one_does_not(task: Task) -> None:
     high = {**LOW, "z1": 0.2, "x2": 0.4, "z2": 0.2}
     evaluate = Nominal(task)
-    below = World({"hands.offset.up": -0.006})
+    below = Scenario({"hands.offset.up": -0.006})
     worse = []
     for parameters in (LOW, high):
-        usual, lowered = (evaluate.simulate(parameters, world).score for world in (NOMINAL, below))
+        usual, lowered = (evaluate.simulate(parameters, scenario).score for scenario in (NOMINAL, below))
         assert usual is not None and lowered is not None
         worse.append(lowered.mean_vertex_distance - usual.mean_vertex_distance)
     assert worse[0] > 0.010 and abs(worse[1]) < 0.003

@@ -47,7 +47,7 @@ def test_gymnasiums_own_checker_is_content(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_one_seed_gives_the_same_bytes_and_another_another_world(kind: str) -> None:
+def test_one_seed_gives_the_same_bytes_and_another_another_scenario(kind: str) -> None:
     arguments: dict[str, Any] = {"disturbances": "default", "observation": EVERYTHING}
     first = played(make(kind, **arguments), seed=1)
     env = make(kind, **arguments)
@@ -269,7 +269,7 @@ def test_what_hands_did_is_a_scene_that_ends_the_same() -> None:
     assert np.linalg.norm(again - final, axis=1).mean() < 1e-3 < 0.02 < np.linalg.norm(final - scene.cloth.vertices)
 
 
-def test_a_world_that_is_given_is_not_drawn() -> None:
+def test_a_scenario_that_is_given_is_not_drawn() -> None:
     env = make(envs.HANDS, disturbances="default", observation="key_points")
     _, info = env.reset(seed=5)
     drawn = [env.step(np.ones(8))[0] for _ in range(3)]

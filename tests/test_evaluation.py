@@ -12,9 +12,9 @@ import pytest
 
 from tatamu import Ask, Evaluation, InputError, LearnOptions, Nominal, Scenarios, Wrapper, learn
 from tatamu.evaluation.array import orthogonal_array
-from tatamu.evaluation.disturbances import Disturbances, World, default_disturbances, hand_failure
+from tatamu.evaluation.disturbances import Disturbances, Scenario, default_disturbances, hand_failure
 from tatamu.evaluation.disturbances.aim import aim_for
-from tatamu.evaluation.disturbances.world import deviations, sample_worlds
+from tatamu.evaluation.disturbances.scenario import deviations, sample_scenarios
 from tatamu.evaluation.outcome import (
     BESIDE_CLOTH,
     BESIDE_TARGET,
@@ -55,7 +55,7 @@ class Scripted(Nominal):
     def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
         return evaluation(Ask.of(ask).parameters, self.__dict__["objective"], self.__dict__["distance"])
 
-    def simulate(self, parameters: Mapping[str, int | float], scenario: World) -> Evaluation:
+    def simulate(self, parameters: Mapping[str, int | float], scenario: Scenario) -> Evaluation:
         index = SCENARIOS.index(scenario)
         self.__dict__["asked"].append(index)
         far = 0.1 if index in self.__dict__["failing"] else 0.001
@@ -136,7 +136,7 @@ def test_the_aim_keeps_hands_off_the_table_and_on_the_cloth() -> None:
     task = replace(towel(size=(0.34, 0.80), spacing=0.026), fingers=DISTURBANCES.fingers)
     aim = aim_for(DISTURBANCES, task.fingers)
     assert 0.002 < aim.height < 0.006 and 0.001 < aim.into < 0.006 and 0.003 < aim.from_end < 0.01
-    scenarios = sample_worlds(DISTURBANCES, 200, 5, 0)  # type: ignore[arg-type]
+    scenarios = sample_scenarios(DISTURBANCES, 200, 5, 0)  # type: ignore[arg-type]
 
     def failures(one: Any, grasp: int) -> int:
         parameters = {**arched_inwards(one.fold), "g1": grasp, "g2": grasp}

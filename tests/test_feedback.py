@@ -25,14 +25,14 @@ from tatamu.after.feedback.texts import again, posterior_lines
 from tatamu.cameras.pose import Pose
 from tatamu.evaluation.disturbances import (
     Disturbances,
+    Scenario,
     Stream,
-    World,
     default_disturbances,
     disturbed_scene,
     join,
     load_disturbances,
-    mean_world,
-    sample_worlds,
+    mean_scenario,
+    sample_scenarios,
     split,
 )
 from tatamu.evaluation.disturbances.systematic import share
@@ -57,19 +57,19 @@ SLOPES = {
 """The fake simulator: a disturbance moves these marks by as much."""
 
 
-def ends(world: World) -> dict[str, float]:
+def ends(scenario: Scenario) -> dict[str, float]:
     """Where a fold ends in the fake simulator [m]."""
     found = dict.fromkeys(MARKS, 0.0)
     for name, moved in SLOPES.items():
         for mark in moved:
-            found[mark] += world[name]
-    found["slip_along"] -= 0.01 * world["material.friction_table"]
+            found[mark] += scenario[name]
+    found["slip_along"] -= 0.01 * scenario["material.friction_table"]
     return found
 
 
-def known(task: Any, parameters: Any, world: World) -> Outcome:
+def known(task: Any, parameters: Any, scenario: Scenario) -> Outcome:
     """Return the verdict of the fake simulator."""
-    found = ends(world)
+    found = ends(scenario)
     distance = float(np.sqrt(1e-6 + 0.25 * sum(value**2 for value in found.values())))
     return Outcome(distance, 0.95, marks=found)
 
@@ -109,13 +109,13 @@ def learned(made: Path, tmp_path: Path) -> Result:
     return replace(result, folder=tmp_path / "towel")
 
 
-def numbers(world: World) -> MeasuredFold:
+def numbers(scenario: Scenario) -> MeasuredFold:
     """Measure a fold of the fake simulator exactly."""
-    return from_numbers({name: (value, 0.0015) for name, value in ends(world).items()}, source="ruler")
+    return from_numbers({name: (value, 0.0015) for name, value in ends(scenario).items()}, source="ruler")
 
 
 def test_a_set_up_is_inferred_and_corrected(learned: Result) -> None:
-    hidden = World({"hands.offset.along": 0.012, "hands.offset.across": -0.006})
+    hidden = Scenario({"hands.offset.along": 0.012, "hands.offset.across": -0.006})
     found = tt.observe(learned, measured=numbers(hidden))
     mean = dict(zip(found.posterior.names, found.posterior.mean, strict=True))
     assert 0.006 < mean["hands.offset.along"] < 0.013 and -0.007 < mean["hands.offset.across"] < -0.003
@@ -148,11 +148,11 @@ def test_the_posterior_is_that_of_normal_variables(learned: Result) -> None:
 
 
 def test_two_folds_tell_more_than_one_and_the_corrected_one_counts_as_corrected(learned: Result) -> None:
-    hidden = World({"hands.offset.along": 0.012})
+    hidden = Scenario({"hands.offset.along": 0.012})
     once = tt.observe(learned, measured=numbers(hidden))
     corrected = tt.correct(once, out=FeedbackFolder.of(learned.folder or Path()).corrected(1))
-    change = World(as_disturbances(corrected.task.shift, ()))
-    left = World({name: hidden[name] + change[name] for name in (*SLOPES, "material.friction_table")})
+    change = Scenario(as_disturbances(corrected.task.shift, ()))
+    left = Scenario({name: hidden[name] + change[name] for name in (*SLOPES, "material.friction_table")})
     twice = tt.observe(corrected, measured=numbers(left))
     assert len(twice.folds) == 2 and twice.posterior.used == 2
     place = twice.posterior.names.index("hands.offset.along")
@@ -181,7 +181,7 @@ def test_hands_are_raised_and_never_lowered(learned: Result) -> None:
     """The fake cloth slips with the height of the hands."""
     for slip, raises in ((0.006, True), (-0.006, False)):
         with patch.dict(SLOPES, {"hands.offset.up": ("slip_along",)}):
-            low = World({"hands.offset.up": -slip, "hands.offset.along": 0.01})
+            low = Scenario({"hands.offset.up": -slip, "hands.offset.along": 0.01})
             found = tt.observe(replace(learned, folder=None), measured=numbers(low))
         heights = [shift.height for shift in found.correction.shifts]
         assert len(heights) == 2 and all(height > 0.001 if raises else height == 0.0 for height in heights), heights
@@ -217,7 +217,7 @@ def test_files_are_those_of_the_contract(learned: Result, tmp_path: Path) -> Non
 
 
 def test_learning_after_takes_posterior_correction_and_fold(learned: Result, tmp_path: Path) -> None:
-    hidden = World({"hands.offset.along": 0.012})
+    hidden = Scenario({"hands.offset.along": 0.012})
     observed = tt.observe(learned, measured=numbers(hidden))
     with patch("tatamu.api.learn_study") as study:
         study.side_effect = KeyboardInterrupt
@@ -225,7 +225,9 @@ def test_learning_after_takes_posterior_correction_and_fold(learned: Result, tmp
             tt.learn(learned.task, LearnOptions(trials=3), after=[tmp_path / "towel"])
     (task, options), first = study.call_args.args, study.call_args.kwargs["first"]
     assert options.disturbances == observed.posterior.disturbances and first == [learned.best.parameters]
-    assert task.shift[0].release[0] == pytest.approx(-mean_world(options.disturbances)["hands.offset.along"], abs=5e-4)
+    assert task.shift[0].release[0] == pytest.approx(
+        -mean_scenario(options.disturbances)["hands.offset.along"], abs=5e-4
+    )
     with pytest.raises(InputError, match="disturbances: must be left out"):
         tt.learn(learned.task, LearnOptions(disturbances="default"), after=[learned])
     with pytest.raises(InputError, match="observe"):
@@ -233,19 +235,19 @@ def test_learning_after_takes_posterior_correction_and_fold(learned: Result, tmp
 
 
 def test_a_shift_takes_the_errors_of_hands_away(task: Task) -> None:
-    world = World(
+    scenario = Scenario(
         {"hands.offset.along": 0.008, "hands.offset.up": -0.002, "hands.difference.across": 0.004, "hands.yaw": 0.01}
     )
     parameters = task.space.middle()
-    corrected = replace(task, shift=shifts_against(task.fold, task.manipulation(parameters), world))
-    wanted = disturbed_scene(task.fold, task.manipulation(parameters), World({}))
-    found = disturbed_scene(task.fold, corrected.manipulation(parameters), world)
-    wrong = disturbed_scene(task.fold, task.manipulation(parameters), world)
+    corrected = replace(task, shift=shifts_against(task.fold, task.manipulation(parameters), scenario))
+    wanted = disturbed_scene(task.fold, task.manipulation(parameters), Scenario({}))
+    found = disturbed_scene(task.fold, corrected.manipulation(parameters), scenario)
+    wrong = disturbed_scene(task.fold, task.manipulation(parameters), scenario)
     for a, b, c in zip(wanted.grippers, found.grippers, wrong.grippers, strict=True):
         assert np.abs(a.displacements[-1] - b.displacements[-1]).max() < 2e-5
         assert np.abs(a.displacements[-1] - c.displacements[-1]).max() > 5e-3
     grasp = replace(task, shift=(HandShift(grasp=[0.0, 0.004]), HandShift()))
-    taken = disturbed_scene(task.fold, grasp.manipulation(parameters), World({"grasp.along.left": -0.004}))
+    taken = disturbed_scene(task.fold, grasp.manipulation(parameters), Scenario({"grasp.along.left": -0.004}))
     assert np.abs(taken.grippers[0].displacements[-1] - wanted.grippers[0].displacements[-1]).max() < 2e-5
     described = grasp.manipulation(parameters).describe()
     assert described.arms[0].grasp.position[1] == pytest.approx(task.manipulation(parameters).positions[0][1] + 0.004)
@@ -277,16 +279,16 @@ def test_systematic_and_random_parts_add_up_and_are_read_again() -> None:
     assert np.allclose(read.random, known_parts.random[used], atol=1e-9)
 
 
-def test_means_move_worlds_and_nothing_else() -> None:
+def test_means_move_scenarios_and_nothing_else() -> None:
     still = Disturbances.model_validate({"hands": {"offset": [0.005, 0.0, 0.0]}})
     moved = Disturbances.model_validate(
         {**still.describe(), "mean": {"hands": {"offset": {"along": 0.02}}, "table.height": 0.001}}
     )
     for a, b in zip(
-        sample_worlds(still, 5, 3, Stream.MARGINS), sample_worlds(moved, 5, 3, Stream.MARGINS), strict=True
+        sample_scenarios(still, 5, 3, Stream.MARGINS), sample_scenarios(moved, 5, 3, Stream.MARGINS), strict=True
     ):
         assert b["hands.offset.along"] == pytest.approx(a["hands.offset.along"] + 0.02) and b["table.height"] == 0.001
-    assert sample_worlds(still, 1, 0, Stream.MARGINS)[0].values == {"hands.offset.along": -0.002999252499722477}
+    assert sample_scenarios(still, 1, 0, Stream.MARGINS)[0].values == {"hands.offset.along": -0.002999252499722477}
 
 
 @pytest.mark.parametrize(
@@ -317,16 +319,16 @@ def test_the_empty_form_can_be_read(tmp_path: Path) -> None:
 
 
 def test_the_emulator_ignores_scenarios_that_end_unlike_others(learned: Result) -> None:
-    worlds = sample_worlds(default_disturbances(), 100, 5, Stream.MARGINS)
+    scenarios = sample_scenarios(default_disturbances(), 100, 5, Stream.MARGINS)
     generator = np.random.default_rng(0)
 
-    def end(world: World, index: int) -> Outcome:
+    def end(scenario: Scenario, index: int) -> Outcome:
         lost = 0.2 * generator.standard_normal() if index % 20 == 0 else 0.0
-        noise = {name: value + 1e-3 * generator.standard_normal() for name, value in ends(world).items()}
+        noise = {name: value + 1e-3 * generator.standard_normal() for name, value in ends(scenario).items()}
         return Outcome(0.01, 0.9, marks={**noise, "left_along": noise["left_along"] + lost})
 
     parts = split(default_disturbances())
-    fitted = fit(parts, [(world, end(world, index)) for index, world in enumerate(worlds)])
+    fitted = fit(parts, [(scenario, end(scenario, index)) for index, scenario in enumerate(scenarios)])
     place = parts.names.index("hands.offset.along")
     assert fitted.slopes[0, place] == pytest.approx(1.0, abs=0.15) and fitted.residual[0, 0] < 0.004**2
 

@@ -11,7 +11,7 @@ import pytest
 
 from tatamu import InputError
 from tatamu.api import learn
-from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, load_disturbances
+from tatamu.evaluation.disturbances import Disturbances, Scenario, disturbed_scene, load_disturbances
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.fingers import PRESETS, Fingers
 from tatamu.folding.hand import AWAY, LEAVING, OPENING, leaves
@@ -106,19 +106,19 @@ def test_a_fold_with_fingers_lies_as_well_and_no_finger_stands_in_the_cloth(task
 
 
 def test_fingers_that_are_too_low_stop_at_the_table(task: Task) -> None:
-    scene = disturbed_scene(task.fold, task.manipulation(LOW), World({"hands.offset.up": -0.003}))
+    scene = disturbed_scene(task.fold, task.manipulation(LOW), Scenario({"hands.offset.up": -0.003}))
     assert min(lowest(scene, 0, time) for time in np.linspace(WAIT, scene.duration, 50)) > -1e-6
     usual = scene_of(task.fold, task.manipulation(LOW))
     ends = [lowest(each, 0, task.manipulation(LOW).timing.opens) for each in (scene, usual)]
     assert ends[1] - ends[0] == pytest.approx(0.25 * scene.material.thickness, abs=1e-6), "it presses on the layers"
-    high = disturbed_scene(task.fold, task.manipulation(LOW), World({"hands.offset.up": 0.003}))
+    high = disturbed_scene(task.fold, task.manipulation(LOW), Scenario({"hands.offset.up": 0.003}))
     assert lowest(high, 0, WAIT) == pytest.approx(0.003, abs=2e-4)
 
 
 def test_fingers_stand_where_a_grasp_went_wrong(task: Task) -> None:
     manipulation = task.manipulation(ARCH)
     usual = scene_of(task.fold, manipulation)
-    wrong = disturbed_scene(task.fold, manipulation, World({"grasp.into.left": 0.007, "grasp.along.right": 0.004}))
+    wrong = disturbed_scene(task.fold, manipulation, Scenario({"grasp.into.left": 0.007, "grasp.along.right": 0.004}))
     moved = [wrong.bodies[n].pose(WAIT)[0] - usual.bodies[n].pose(WAIT)[0] for n in (0, 2)]
     assert moved[0][:2] == pytest.approx(0.007 * task.fold.normal, abs=1e-6)
     assert moved[1][:2] == pytest.approx(0.004 * task.fold.crease.along, abs=1e-6)

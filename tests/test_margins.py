@@ -17,7 +17,7 @@ from tatamu.after.margins.page import page
 from tatamu.after.margins.texts import summary, sureness
 from tatamu.api import learn, measure_margins
 from tatamu.base.errors import WorkerKilledError
-from tatamu.evaluation.disturbances import Disturbances, World, load_disturbances
+from tatamu.evaluation.disturbances import Disturbances, Scenario, load_disturbances
 from tatamu.evaluation.outcome import Outcome
 from tatamu.evaluation.success import MarginsRecord, Spread, Success
 from tatamu.folding.score import Limits
@@ -40,24 +40,24 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[World]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Scenario]:
     """Worlds that were simulated, by a simulator in which a fold ends as far away as its hands are off upwards."""
-    worlds: list[World] = []
+    scenarios: list[Scenario] = []
 
-    def known(task: Any, parameters: Any, world: World) -> Outcome:
-        worlds.append(world)
-        up = world["hands.offset.up"]
+    def known(task: Any, parameters: Any, scenario: Scenario) -> Outcome:
+        scenarios.append(scenario)
+        up = scenario["hands.offset.up"]
         return Outcome(None, None, "tore") if up > 0.02 else Outcome(2.0 * abs(up), 0.9)
 
     monkeypatch.setattr("tatamu.evaluation.draws.simulate_outcome", known)
-    return worlds
+    return scenarios
 
 
 def run(folder: Path, out: Path, **options: Any) -> Measured:
     return measure_margins(folder, disturbances=UP, out=out, **{"draws": 30, **options})
 
 
-def test_margins_are_where_the_fold_fails(learned: Path, asked: list[World], tmp_path: Path) -> None:
+def test_margins_are_where_the_fold_fails(learned: Path, asked: list[Scenario], tmp_path: Path) -> None:
     result = run(learned, tmp_path).result
     by_name = {margin.name: margin for margin in result.alone}
     assert set(by_name) == {"hands.offset.up", "hands.yaw"}
@@ -69,10 +69,10 @@ def test_margins_are_where_the_fold_fails(learned: Path, asked: list[World], tmp
     assert sureness(by_name["hands.yaw"]) > sureness(up)
 
 
-def test_the_share_is_that_of_the_draws(learned: Path, asked: list[World], tmp_path: Path) -> None:
+def test_the_share_is_that_of_the_draws(learned: Path, asked: list[Scenario], tmp_path: Path) -> None:
     together = run(learned, tmp_path, draws=200).result.together
-    worlds = asked[-200:] if len(asked) < 200 else [world for world in asked if len(world.values) == 2]
-    succeeded = sum(2.0 * abs(world["hands.offset.up"]) <= 0.0125 for world in worlds)
+    scenarios = asked[-200:] if len(asked) < 200 else [scenario for scenario in asked if len(scenario.values) == 2]
+    succeeded = sum(2.0 * abs(scenario["hands.offset.up"]) <= 0.0125 for scenario in scenarios)
     assert together.succeeded == succeeded and together.simulations == 200 and together.rate == succeeded / 200
     assert together.interval[0] < together.rate < together.interval[1]
     assert 0.9 < together.rate < 1.0
@@ -80,7 +80,7 @@ def test_the_share_is_that_of_the_draws(learned: Path, asked: list[World], tmp_p
     assert spread.median < spread.q90 < spread.worst
 
 
-def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[World], tmp_path: Path) -> None:
+def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[Scenario], tmp_path: Path) -> None:
     wild = Disturbances.model_validate({"hands": {"offset": [0.0, 0.0, 0.02]}})
     measured = measure(Result.load(learned), wild, out=tmp_path, draws=20)
     together = measured.result.together
@@ -89,8 +89,8 @@ def test_what_failed_in_the_simulator_counts(learned: Path, asked: list[World], 
     assert measured.draws[0].outcome.error == "tore"
 
 
-def test_a_world_that_kills_its_workers_has_failed_and_ends_nothing(
-    learned: Path, asked: list[World], tmp_path: Path
+def test_a_scenario_that_kills_its_workers_has_failed_and_ends_nothing(
+    learned: Path, asked: list[Scenario], tmp_path: Path
 ) -> None:
     class Deadly(Executor):
         """Worlds with the hands far up kill the workers that simulate them."""
@@ -115,7 +115,7 @@ def test_a_world_that_kills_its_workers_has_failed_and_ends_nothing(
 
 
 def test_nothing_is_simulated_twice_and_a_torn_line_costs_one_simulation(
-    learned: Path, asked: list[World], tmp_path: Path
+    learned: Path, asked: list[Scenario], tmp_path: Path
 ) -> None:
     first = run(learned, tmp_path).result
     count = len(asked)

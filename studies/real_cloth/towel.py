@@ -21,7 +21,7 @@ from studies.real_cloth.section import Line, Section, Tabulated, reached
 from studies.real_cloth.test import RealTest
 from tatamu import LearnOptions, Nominal, Progress, Result, Task, learn, make_task
 from tatamu.base.files import read_json, write_json
-from tatamu.evaluation.disturbances import Stream, World, default_disturbances, sample_worlds
+from tatamu.evaluation.disturbances import Scenario, Stream, default_disturbances, sample_scenarios
 from tatamu.show.chart import Chart, axis, traces
 from tatamu.simulation.side_by_side import executor_of
 
@@ -30,7 +30,7 @@ SIZE = (0.5, 1.0)
 """Width and length of the robots' towel [m]."""
 TRIALS = 30
 """Number of trials in the search for each fold of the towel."""
-WORLDS = 30
+SCENARIOS = 30
 """Number of disturbed simulations of the folds that were learned with an objective. All seeds of the objective together
 have this number, in equal parts. In a disturbed simulation, all disturbances have random values."""
 
@@ -53,7 +53,7 @@ class Towel(RealTest):
         return [_robot_fold(table, row) for row in range(len(table.rows))]
 
     def simulations(self, measured: list[RobotFold], bench: Bench) -> int:
-        return (bench.seeds + 1) * TRIALS + 2 * WORLDS
+        return (bench.seeds + 1) * TRIALS + 2 * SCENARIOS
 
     def run(self, measured: list[RobotFold], bench: Bench) -> Section:
         theirs = [each.area_error for each in measured if np.isfinite(each.area_error)]
@@ -69,7 +69,7 @@ class Towel(RealTest):
                 f"A towel of {SIZE[0]:g} x {SIZE[1]:g} m in the default terry is folded in half, by the best of "
                 f"{TRIALS} trials. {bench.seeds} seeds minimise the objective C without disturbances; one minimises "
                 "C over scenarios. Without disturbances the simulated hands move exactly as "
-                f"planned. Then each fold is simulated in {WORLDS} worlds that no search used, with the default "
+                f"planned. Then each fold is simulated in {SCENARIOS} scenarios that no search used, with the default "
                 "disturbances of hands, grasps, table and material. A fold succeeds if the mean distance of its "
                 "vertices from the target is at most 12.5 mm and the views from above overlap by 0.80. E_f is given "
                 "for folds that succeed."
@@ -129,7 +129,7 @@ class Tried:
 def _tried(objective: str, robust: bool, seeds: int, bench: Bench) -> Tried:
     task = make_task("towel", size=SIZE, simulator=bench.simulator)
     results = [_learn(task, seed, robust, bench) for seed in range(seeds)]
-    each = WORLDS // seeds
+    each = SCENARIOS // seeds
     disturbed = [one for seed, result in enumerate(results) for one in _disturbed(task, result, seed, each, bench)]
     return Tried(objective, [_area_error(result) for result in results], disturbed)
 
@@ -164,18 +164,18 @@ def _disturbed(task: Task, result: Result, seed: int, count: int, bench: Bench) 
     assert result.folder is not None
     kept = result.folder / f"disturbed-{count}.json"
     if not kept.exists():
-        worlds = sample_worlds(default_disturbances(), count, seed, Stream.MARGINS)
+        scenarios = sample_scenarios(default_disturbances(), count, seed, Stream.MARGINS)
         with executor_of(bench.executor, count) as executor:
-            submitted = [executor.submit(_ended_in, task, result.best.parameters, world) for world in worlds]
+            submitted = [executor.submit(_ended_in, task, result.best.parameters, scenario) for scenario in scenarios]
             write_json(kept, [each.result() for each in submitted])
     for _ in range(count):
         bench.tick(f"towel, seed {seed}, disturbed")
     return [(float("nan") if error is None else error, holds) for error, holds in read_json(kept)]
 
 
-def _ended_in(task: Task, parameters: dict[str, int | float], world: World) -> tuple[float | None, bool]:
+def _ended_in(task: Task, parameters: dict[str, int | float], scenario: Scenario) -> tuple[float | None, bool]:
     """Return E_f of a fold in a scenario [%], None if the simulation failed, and whether the fold succeeds."""
-    score = Nominal(task).simulate(parameters, world).score
+    score = Nominal(task).simulate(parameters, scenario).score
     return (None, False) if score is None else (score.area_error, score.succeeds)
 
 

@@ -37,6 +37,7 @@ RENAMED = {
     "dataset.subject": "policies.dataset.record",
     "folding.pinch": "folding.grasps",
     "folding.shift": "folding.manipulation",
+    "disturbances.world": "evaluation.disturbances.scenario",
     "garments.apparel": "garments.dxf",
     "garments.cut": "garments.pattern",
     "garments.fibres": "garments.worn",

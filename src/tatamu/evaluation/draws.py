@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from tatamu.base.errors import WorkerKilledError
 from tatamu.base.files import read_text, unwritable
-from tatamu.evaluation.disturbances import NOMINAL, World, disturbed_scene
+from tatamu.evaluation.disturbances import NOMINAL, Scenario, disturbed_scene
 from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.task import Task
@@ -41,7 +41,7 @@ class Subject:
         known = f"{VERSION} {self.task.simulator} {source_digest()} {scene.model_dump_json()}"
         return sha256(known.encode()).hexdigest()[:16]
 
-    def key(self, scenario: World) -> str:
+    def key(self, scenario: Scenario) -> str:
         values = sorted((name, value.hex()) for name, value in scenario.values.items() if value)
         return sha256(json.dumps([self.digest, values]).encode()).hexdigest()[:24]
 
@@ -75,7 +75,7 @@ class Draws:
         """How many outcomes were asked for, those that were kept included."""
         return len(self._asked)
 
-    def outcomes(self, scenarios: Sequence[World]) -> list[Outcome]:
+    def outcomes(self, scenarios: Sequence[Scenario]) -> list[Outcome]:
         """Return the outcomes in scenarios, in their order."""
         keys = [self.subject.key(each) for each in scenarios]
         self._asked.update(keys)
@@ -119,7 +119,7 @@ def read_outcomes(file: Path) -> dict[str, Outcome]:
     return found
 
 
-def simulate_outcome(task: Task, parameters: Mapping[str, int | float], scenario: World) -> Outcome:
+def simulate_outcome(task: Task, parameters: Mapping[str, int | float], scenario: Scenario) -> Outcome:
     """Simulate a manipulation in a scenario."""
     return Outcome.of(Nominal(task).simulate(parameters, scenario), task.fold)
 

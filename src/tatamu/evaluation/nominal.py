@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tatamu.base.errors import SimulationError
-from tatamu.evaluation.disturbances import NOMINAL, World, disturbed_scene, hand_failure
+from tatamu.evaluation.disturbances import NOMINAL, Scenario, disturbed_scene, hand_failure
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation
@@ -22,7 +22,7 @@ class Nominal(Evaluator):
     """Simulates a manipulation with every disturbance at its mean, and scores the outcome."""
 
     task: Task
-    centre: World = NOMINAL
+    centre: Scenario = NOMINAL
     """The means of the disturbances, which are zero unless folds were measured."""
 
     contains_length = True
@@ -33,12 +33,12 @@ class Nominal(Evaluator):
     def on(self, task: Task) -> Nominal:
         return replace(self, task=task)
 
-    def simulate(self, parameters: Mapping[str, int | float], scenario: World) -> Evaluation:
+    def simulate(self, parameters: Mapping[str, int | float], scenario: Scenario) -> Evaluation:
         """Evaluate a manipulation in one scenario."""
         found = self.fixed(self.task.manipulation(parameters), scenario)
         return replace(found, parameters=dict(parameters))
 
-    def fixed(self, manipulation: Manipulation, scenario: World = NOMINAL) -> Evaluation:
+    def fixed(self, manipulation: Manipulation, scenario: Scenario = NOMINAL) -> Evaluation:
         """Evaluate a manipulation that does not come from parameters."""
         fold, length = self.task.fold, manipulation.trajectory_length
         try:

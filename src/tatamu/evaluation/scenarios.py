@@ -21,9 +21,9 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.evaluation.array import LEVEL, orthogonal_array
-from tatamu.evaluation.disturbances import Disturbances, World
+from tatamu.evaluation.disturbances import Disturbances, Scenario
 from tatamu.evaluation.disturbances.channels import CHANNELS
-from tatamu.evaluation.disturbances.world import deviations, worlds_of
+from tatamu.evaluation.disturbances.scenario import deviations, scenarios_of
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.score import ALPHA, Limits
@@ -32,7 +32,7 @@ from tatamu.simulation.side_by_side import processors
 from tatamu.simulation.simulators import capabilities
 
 
-def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[World]:
+def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[Scenario]:
     """Return the scenarios of an orthogonal array, with every disturbance at plus or minus `level` deviations.
 
     Correlated disturbances are drawn in the space of independent normal variables.
@@ -47,7 +47,7 @@ def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[Wo
     signs = orthogonal_array(len(columns))
     rows = np.zeros((len(signs), len(CHANNELS)))
     rows[:, columns] = level * signs
-    return worlds_of(disturbances, rows)
+    return scenarios_of(disturbances, rows)
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Scenarios(Evaluator):
             raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
 
     @cached_property
-    def sample(self) -> list[World]:
+    def sample(self) -> list[Scenario]:
         """The scenarios, by their index."""
         return array_scenarios(self.disturbances, self.level)
 

@@ -32,7 +32,7 @@ class Extent:
     """Smallest x and y [m], shape (2,)."""
     high: np.ndarray
     """Largest x and y [m], shape (2,)."""
-    wide: int = WIDE
+    wide: int
     """Width of its images in the file [pixels]."""
 
     @property
@@ -50,13 +50,13 @@ class Extent:
         return View(centre, np.eye(3), scale, (round(self.size[1] * scale), width))
 
 
-def extent(*shapes: np.ndarray, margin: float = 0.03, wide: int = WIDE) -> Extent:
+def extent(*shapes: np.ndarray, margin: float = 0.03, wide: int | None = None) -> Extent:
     """Return the rectangle of the table around several shapes of cloth, with a margin [m].
 
-    A shape has n points, shape (n, 3). The images of the rectangle have the width `wide` [pixels].
+    A shape has n points, shape (n, 3). Images of the rectangle are `wide` pixels wide, or `WIDE`.
     """
     points = np.vstack(shapes)[:, :2]
-    return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin, wide)
+    return Extent(points.min(axis=0) - margin, points.max(axis=0) + margin, wide or WIDE)
 
 
 def painted(fold: Result, points: np.ndarray) -> PaintedMesh:

@@ -22,7 +22,7 @@ from tatamu.evaluation.disturbances import (
     disturbances_in,
     disturbed_scene,
     load_disturbances,
-    mean_world,
+    mean_scenario,
     with_calibrated,
 )
 from tatamu.evaluation.disturbances.aim import aim_for
@@ -108,7 +108,7 @@ def learn(
     if evaluate is None:
         evaluate = Nominal(task)
         if disturbances is not None:
-            evaluate = Scenarios(Nominal(task, mean_world(disturbances)), disturbances, options.level)
+            evaluate = Scenarios(Nominal(task, mean_scenario(disturbances)), disturbances, options.level)
     study = _Learning(folder, options, parallel, disturbances, evaluate, executor, database, progress)
     if not several:
         return study.step(task, folder, [*study.initial(task.fold), *first])
@@ -281,7 +281,7 @@ class _Learning:
         record = self._record(study, trials, rollout, success)
         manipulation = task.manipulation(record.best_trial.parameters)
         shown = replace(rollout, extra={"target": task.fold.target, **study.moments(), **(ends or {})})
-        centre = NOMINAL if self.disturbances is None else mean_world(self.disturbances)
+        centre = NOMINAL if self.disturbances is None else mean_scenario(self.disturbances)
         scene = disturbed_scene(task.fold, manipulation, centre)
         result = Result(record, manipulation, scene, shown, folder.path if folder else None, task)
         if folder is not None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tatamu.base.errors import InputError, WorkerKilledError
-from tatamu.evaluation.disturbances import Disturbances, Stream, sample_worlds
+from tatamu.evaluation.disturbances import Disturbances, Stream, sample_scenarios
 from tatamu.evaluation.draws import Draws, Subject
 from tatamu.evaluation.draws import Progress as DrawsProgress
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
@@ -285,7 +285,7 @@ class Study:
         (n, 3), named by `FAILED`. A hand that meets the table or misses the cloth moves no cloth.
         """
         task = replace(self.evaluator.task, reach=None)
-        scenarios = sample_worlds(disturbances, SUCCESS_SIMULATIONS, self.record.seed, Stream.JUDGING)
+        scenarios = sample_scenarios(disturbances, SUCCESS_SIMULATIONS, self.record.seed, Stream.JUDGING)
         draws = Draws(Subject(task, parameters), self._executor, progress=progress)
         outcomes, limits = draws.outcomes(scenarios), Limits()
         causes = [outcome.cause(limits) for outcome in outcomes]

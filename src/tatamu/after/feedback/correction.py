@@ -9,7 +9,7 @@ import numpy as np
 
 from tatamu.after.feedback.emulator import Emulator
 from tatamu.after.feedback.posterior import Posterior
-from tatamu.evaluation.disturbances import Disturbances, World, disturbed_scene, hand_errors, mean_world
+from tatamu.evaluation.disturbances import Disturbances, Scenario, disturbed_scene, hand_errors, mean_scenario
 from tatamu.evaluation.disturbances.channels import prefix_in
 from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HandShift, Manipulation
@@ -89,7 +89,7 @@ class Correction:
 
 def find_correction(posterior: Posterior, emulator: Emulator, learned: Result) -> Correction:
     """Return the correction that undoes the expected systematic errors."""
-    shifts = shifts_against(learned.task.fold, learned.manipulation, posterior.world)
+    shifts = shifts_against(learned.task.fold, learned.manipulation, posterior.scenario)
     largest = max(abs(value) for shift in shifts for value in (*shift.grasp, *shift.release, shift.height))
     if not posterior.used or largest < MIN_SHIFT:
         shifts = ()
@@ -98,16 +98,16 @@ def find_correction(posterior: Posterior, emulator: Emulator, learned: Result) -
     return Correction(len(posterior.chances), change, shifts, before, after)
 
 
-def shifts_against(fold: TargetFold, manipulation: Manipulation, world: World) -> tuple[HandShift, ...]:
+def shifts_against(fold: TargetFold, manipulation: Manipulation, scenario: Scenario) -> tuple[HandShift, ...]:
     """Return the shift of each hand that undoes the `CORRECTABLE` errors of a scenario.
 
     Hands are raised but never lowered: a hand that is too high costs little, and one that is too low meets the table or
     drags the cloth.
     """
-    undone = {name: value for name, value in world.values.items() if prefix_in(name, CORRECTABLE)}
+    undone = {name: value for name, value in scenario.values.items() if prefix_in(name, CORRECTABLE)}
     return tuple(
         HandShift(grasp=_metres(-grasp), release=_metres(-hand[:2]), height=max(0.0, _metres(-hand[2:])[0]))
-        for grasp, hand in hand_errors(fold, manipulation, World(undone))
+        for grasp, hand in hand_errors(fold, manipulation, Scenario(undone))
     )
 
 
@@ -123,7 +123,7 @@ def corrected(learned: Result, correction: Correction, disturbances: Disturbance
     record = learned.record.model_copy(
         update={"task": description, "disturbances": disturbances.describe(), "success": None}
     )
-    scene = disturbed_scene(task.fold, manipulation, mean_world(disturbances))
+    scene = disturbed_scene(task.fold, manipulation, mean_scenario(disturbances))
     return Result(record, manipulation, scene, learned.rollout, None, task)
 
 

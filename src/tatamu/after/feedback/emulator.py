@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import Split, World
+from tatamu.evaluation.disturbances import Scenario, Split
 from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.marks import MARKS
 
@@ -57,7 +57,7 @@ class Emulator:
         return np.asarray(np.sqrt(self.distance[0] + marks**2 @ self.distance[1:]))
 
 
-def fit(parts: Split, scenarios: Sequence[tuple[World, Outcome]]) -> Emulator:
+def fit(parts: Split, scenarios: Sequence[tuple[Scenario, Outcome]]) -> Emulator:
     """Fit an emulator to simulated scenarios.
 
     Args:
@@ -67,15 +67,15 @@ def fit(parts: Split, scenarios: Sequence[tuple[World, Outcome]]) -> Emulator:
     Raises:
         InputError: If too few scenarios have marks.
     """
-    known = [(world, v.marks, v.mean_vertex_distance) for world, v in scenarios]
-    usable = [(world, marks, d) for world, marks, d in known if marks is not None and d is not None]
+    known = [(scenario, v.marks, v.mean_vertex_distance) for scenario, v in scenarios]
+    usable = [(scenario, marks, d) for scenario, marks, d in known if marks is not None and d is not None]
     if len(usable) < MIN_SCENARIOS:
         raise InputError(
             f"feedback: the cloth must end on the table in at least {MIN_SCENARIOS} of {len(scenarios)} scenarios, "
             f"given {len(usable)}; learn a fold that succeeds more often"
         )
     scale = np.where(parts.deviations > 0.0, parts.deviations, 1.0)
-    x = (np.array([[world[name] for name in parts.names] for world, *_ in usable]) - parts.mean) / scale
+    x = (np.array([[scenario[name] for name in parts.names] for scenario, *_ in usable]) - parts.mean) / scale
     y = np.array([[marks[name] for name in MARKS] for _, marks, _ in usable])
     base, slopes, residual, weights = _regression(x, y)
     distance = _distance_of(y, np.array([d for *_, d in usable]), weights)

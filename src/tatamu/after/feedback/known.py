@@ -11,7 +11,7 @@ from tatamu.after.feedback.folder import FeedbackFolder
 from tatamu.after.feedback.observe import feedback_of
 from tatamu.after.feedback.posterior import posterior
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import Disturbances, mean_world
+from tatamu.evaluation.disturbances import Disturbances, mean_scenario
 from tatamu.folding.manipulation import HandShift
 from tatamu.folding.parameters import Grasps, transfer
 from tatamu.folding.task import Task
@@ -59,7 +59,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
                 f"after: must be folds that were learned with the same disturbances, given {each.learned.folder}"
             )
     found = posterior(source, [fold for each in measured for fold in each.folds]).disturbances
-    shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_world(found))
+    shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_scenario(found))
     first = [transfer(run.best.parameters, run.task.fold, task.fold, grasps) for run in runs]
     return Known(found, added(task.shift, shifts), first)
 

@@ -16,7 +16,7 @@ from tatamu.after.feedback.posterior import IMPLAUSIBLE, Fold, Posterior, poster
 from tatamu.after.margins.measurement import KEPT
 from tatamu.base.errors import InputError
 from tatamu.base.files import write_json
-from tatamu.evaluation.disturbances import Disturbances, Stream, mean_world, sample_worlds, split
+from tatamu.evaluation.disturbances import Disturbances, Stream, mean_scenario, sample_scenarios, split
 from tatamu.evaluation.draws import Draws, Progress, Subject
 from tatamu.folding.manipulation import HandShift
 from tatamu.simulation.side_by_side import executor_of, processors
@@ -136,7 +136,7 @@ def feedback_of(
     """
     disturbances = base.disturbances
     subject = Subject(replace(base.task, reach=None), base.best.parameters)
-    scenarios = [mean_world(disturbances), *sample_worlds(disturbances, SCENARIOS, 0, Stream.MARGINS)]
+    scenarios = [mean_scenario(disturbances), *sample_scenarios(disturbances, SCENARIOS, 0, Stream.MARGINS)]
     kept = None if folder is None else ResultFolder(folder.path).margins_folder / KEPT  # `tatamu margins` shares them
     threads = processors() if capabilities(subject.task.simulator).parallel else 1
     with executor_of(executor, threads) as workers:

@@ -18,7 +18,7 @@ from tatamu.cameras.pictures import draw_reading
 from tatamu.cameras.pose import Pose
 from tatamu.cameras.reading import FoldReading, view_fold
 from tatamu.cameras.shape import silhouette
-from tatamu.evaluation.disturbances import World
+from tatamu.evaluation.disturbances import Scenario
 from tatamu.evaluation.nominal import Nominal
 from tatamu.study.result import Result
 
@@ -70,9 +70,9 @@ def simulated(found: Feedback, correction: np.ndarray) -> np.ndarray | None:
     """
     posterior, subject = found.posterior, found.subject
     values = (posterior.mean + correction).tolist()
-    world = World(dict(zip(posterior.names, values, strict=True)))
+    scenario = Scenario(dict(zip(posterior.names, values, strict=True)))
     try:
-        rollout = Nominal(subject.task).simulate(subject.parameters, world).rollout
+        rollout = Nominal(subject.task).simulate(subject.parameters, scenario).rollout
     except SimulationError:
         return None
     return None if rollout is None else rollout.positions[-1]

@@ -21,7 +21,7 @@ from scipy.stats import chi2
 from tatamu.after.feedback.emulator import ROUNDS, TAILS, Emulator
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import Disturbances, Split, World, join, split
+from tatamu.evaluation.disturbances import Disturbances, Scenario, Split, join, split
 from tatamu.folding.marks import MARKS
 
 WIDER = 2.0
@@ -107,9 +107,9 @@ class Posterior:
         return self.prior.names
 
     @property
-    def world(self) -> World:
+    def scenario(self) -> Scenario:
         """The scenario in which every disturbance has its posterior mean."""
-        return World({name: float(value) for name, value in zip(self.names, self.mean, strict=True) if value})
+        return Scenario({name: float(value) for name, value in zip(self.names, self.mean, strict=True) if value})
 
     @property
     def disturbances(self) -> Disturbances:

@@ -17,11 +17,11 @@ from tatamu.evaluation.disturbances import (
     NOMINAL,
     Channel,
     Disturbances,
+    Scenario,
     Stream,
-    World,
     deviations,
-    mean_world,
-    sample_worlds,
+    mean_scenario,
+    sample_scenarios,
 )
 from tatamu.evaluation.draws import Draws, Progress, Subject
 from tatamu.evaluation.outcome import Outcome
@@ -42,11 +42,11 @@ class Side:
     channel: Channel
     deviation: float
     sign: float
-    centre: World = NOMINAL
+    centre: Scenario = NOMINAL
 
-    def scenario(self, deviations: float) -> World:
+    def scenario(self, deviations: float) -> Scenario:
         """Return the scenario in which only this disturbance differs from its mean."""
-        return World({**self.centre.values, self.channel.name: self._value(deviations)})
+        return Scenario({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
         """Return a disturbance as files have it."""
@@ -66,7 +66,7 @@ class Draw:
     """One scenario in which all disturbances are random."""
 
     number: int
-    scenario: World
+    scenario: Scenario
     outcome: Outcome
     distance: float
     """Mean distance from the target [m]; twice that of untouched cloth if the simulation failed."""
@@ -135,8 +135,8 @@ def measure(
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
     subject = Subject(task, learned.best.parameters)
     threads = processors() if capabilities(task.simulator).parallel else 1
-    centre = mean_world(disturbances)
-    scenarios = sample_worlds(disturbances, draws, seed, Stream.MARGINS)
+    centre = mean_scenario(disturbances)
+    scenarios = sample_scenarios(disturbances, draws, seed, Stream.MARGINS)
     with executor_of(executor, threads) as workers:
         simulated = Draws(subject, workers, None if out is None else out / KEPT, progress)
         nominal, *found = simulated.outcomes([centre, *scenarios])

@@ -18,7 +18,7 @@ from scipy.special import ndtri
 
 from tatamu.evaluation.disturbances.description import Disturbances
 from tatamu.evaluation.disturbances.disturbed import MIN_HELD
-from tatamu.evaluation.disturbances.world import deviations
+from tatamu.evaluation.disturbances.scenario import deviations
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import PAD, Fingers
 

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from tatamu.base import curves
 from tatamu.base.errors import SimulationError
 from tatamu.evaluation.disturbances.channels import FIELDS
-from tatamu.evaluation.disturbances.world import World
+from tatamu.evaluation.disturbances.scenario import Scenario
 from tatamu.folding.fingers import PAD
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import HANDS, Manipulation
@@ -31,7 +31,7 @@ SIDES = (("left", 1.0), ("right", -1.0))
 """Hands, each with the sign with which half of `hands.difference` is added to its position."""
 
 
-def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Scene:
+def disturbed_scene(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> Scene:
     """Return the scene of a manipulation in a scenario. Without disturbances, it is that of `scene_of`.
 
     A corrected manipulation may send a hand to a point next to its vertex, where it then closes.
@@ -39,27 +39,27 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, world: World) -> Sce
     Raises:
         SimulationError: If both hands would grasp the same point.
     """
-    if world.is_nominal and not _aims_beside(fold, manipulation).any():
+    if scenario.is_nominal and not _aims_beside(fold, manipulation).any():
         return scene_of(fold, manipulation)
-    hands = [_hand(fold, manipulation, world, number) for number in range(len(manipulation.grasps))]
+    hands = [_hand(fold, manipulation, scenario, number) for number in range(len(manipulation.grasps))]
     held = [hand.carry for hand in hands if hand.carry is not None]
-    slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / world.factor("hands.speed") - 1.0)
+    slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / scenario.factor("hands.speed") - 1.0)
     ends = round(max([slower, *(carry.opens for carry in held)]) + manipulation.settle, 9)
     try:
-        return scene_with(fold, held, ends, _material(fold.garment.material, world))
+        return scene_with(fold, held, ends, _material(fold.garment.material, scenario))
     except ValidationError:
         raise SimulationError("both hands grasp the same place") from None
 
 
-def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | None:
+def hand_failure(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> str | None:
     """Return why a hand fails in a scenario, if this is known without a simulation; None if no hand fails.
 
     A hand that grasps next to the cloth holds nothing, and one that is commanded too far below the table stops.
     """
-    if world.is_nominal and not _aims_beside(fold, manipulation).any():
+    if scenario.is_nominal and not _aims_beside(fold, manipulation).any():
         return None
     for number, name in enumerate(HANDS[: len(manipulation.grasps)]):
-        hand = _hand(fold, manipulation, world, number)
+        hand = _hand(fold, manipulation, scenario, number)
         if hand.carry is None:
             return f"the {name} hand grasps beside the cloth"
         if hand.too_low > fold.fingers.compliance:
@@ -70,9 +70,9 @@ def hand_failure(fold: Fold, manipulation: Manipulation, world: World) -> str | 
     return None
 
 
-def _material(usual: Material, world: World) -> Material:
+def _material(usual: Material, scenario: Scenario) -> Material:
     known = {name: getattr(usual, name) for name in FIELDS if getattr(usual, name) is not None}
-    changed = {name: float(np.clip(known[name] * _factor(name, world), *_bounds(name))) for name in known}
+    changed = {name: float(np.clip(known[name] * _factor(name, scenario), *_bounds(name))) for name in known}
     return _possible(usual.model_copy(update=changed))
 
 
@@ -90,12 +90,12 @@ def _possible(material: Material) -> Material:
     return material.model_copy(update=changed)
 
 
-def _factor(name: str, world: World) -> float:
+def _factor(name: str, scenario: Scenario) -> float:
     """Return the random factor of a field of the material."""
-    own = world.factor(f"material.{name}")
+    own = scenario.factor(f"material.{name}")
     stiffnesses = ("stretch_stiffness", "bending_rigidity")  # those along the warp also vary in the other directions
     base = next((field for field in stiffnesses if name.startswith(f"{field}_")), None)
-    return own if base is None else own * world.factor(f"material.{base}")
+    return own if base is None else own * scenario.factor(f"material.{base}")
 
 
 def _bounds(name: str) -> tuple[float, float]:
@@ -130,38 +130,38 @@ class _DisturbedHand:
     """Commanded depth below the table, or below the layers that stop the hand [m]; at most 0 if nothing does."""
 
 
-def _hand(fold: Fold, manipulation: Manipulation, world: World, number: int) -> _DisturbedHand:
+def _hand(fold: Fold, manipulation: Manipulation, scenario: Scenario, number: int) -> _DisturbedHand:
     usual = carries_of(fold, manipulation)[number]
     aim = _aims_beside(fold, manipulation)[number]
-    grasp = _grasp(fold, usual.vertex, aim, world, number)
+    grasp = _grasp(fold, usual.vertex, aim, scenario, number)
     if grasp.misses:
         return _DisturbedHand(None, 0.0)
-    speed = world.factor("hands.speed")
+    speed = scenario.factor("hands.speed")
     times = usual.times[0] + (usual.times - usual.times[0]) / speed
     share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
     back = grasp.slip + np.array([2.0 * grasp.rest, 0.0])
-    off = _off(fold, manipulation, world, number) - fold.vector(*back) + [0.0, 0.0, aim[2]]
-    moved = _turned(usual.displacements, -world["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
+    off = _off(fold, manipulation, scenario, number) - fold.vector(*back) + [0.0, 0.0, aim[2]]
+    moved = _turned(usual.displacements, -scenario["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
     floor = _floor(fold, grasp.vertex, moved)
     too_low = float((floor - moved[:, 2]).max())
     moved[:, 2] = np.maximum(moved[:, 2], floor)
-    opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(world, number)
+    opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(scenario, number)
     turning = fold.vector(2.0 * grasp.rest)
     beside = share * turning - [*(fold.start[grasp.vertex, :2] - grasp.place), 0.0]
     return _DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), too_low)
 
 
-def hand_errors(fold: Fold, manipulation: Manipulation, world: World) -> list[tuple[np.ndarray, np.ndarray]]:
+def hand_errors(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return those errors of each hand that a correction can undo, along the fold, across it and up [m].
 
     Each has that of its grasp, shape (2,), and that of its position, shape (3,), with the cloth's displacement.
     """
-    lies = world.vector("cloth.place")
+    lies = scenario.vector("cloth.place")
     found = []
     for number, side in enumerate(HANDS[: len(manipulation.grasps)]):
-        off = _off(fold, manipulation, world, number)
+        off = _off(fold, manipulation, scenario, number)
         hand = np.array([off[:2] @ fold.normal, off[:2] @ fold.crease.along, off[2]]) - lies
-        grasp = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]]) - lies[:2]
+        grasp = np.array([scenario[f"grasp.into.{side}"], scenario[f"grasp.along.{side}"]]) - lies[:2]
         found.append((grasp, hand))
     return found
 
@@ -171,35 +171,35 @@ def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
     return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
-def _delay(world: World, number: int) -> float:
+def _delay(scenario: Scenario, number: int) -> float:
     """Return the delay of a hand's opening [s]: the left hand's if the disturbance is positive, else the right's."""
-    return max(0.0, SIDES[number][1] * world["hands.opening_delay"])
+    return max(0.0, SIDES[number][1] * scenario["hands.opening_delay"])
 
 
-def _off(fold: Fold, manipulation: Manipulation, world: World, number: int) -> np.ndarray:
+def _off(fold: Fold, manipulation: Manipulation, scenario: Scenario, number: int) -> np.ndarray:
     """Return the error of a hand's position while it carries the cloth and lays it down [m], shape (3,).
 
     Its horizontal part does not act at the grasp, which has an error of its own.
     """
-    error = world.vector("hands.offset") - [0.0, 0.0, world["table.height"]]
+    error = scenario.vector("hands.offset") - [0.0, 0.0, scenario["table.height"]]
     if len(manipulation.grasps) > 1:
         part = SIDES[number][1]
         middle = np.mean(manipulation.positions, axis=0)
         arm = (manipulation.positions[number] - middle)[:2]
-        turned = _turned(np.array([[*arm, 0.0]]), world["hands.yaw"])[0] - [*arm, 0.0]
-        return fold.vector(*(error + 0.5 * part * world.vector("hands.difference"))) + turned
+        turned = _turned(np.array([[*arm, 0.0]]), scenario["hands.yaw"])[0] - [*arm, 0.0]
+        return fold.vector(*(error + 0.5 * part * scenario.vector("hands.difference"))) + turned
     return fold.vector(*error)
 
 
-def _grasp(fold: Fold, vertex: int, aim: np.ndarray, world: World, number: int) -> _Grasp:
+def _grasp(fold: Fold, vertex: int, aim: np.ndarray, scenario: Scenario, number: int) -> _Grasp:
     """Return the actual grasp of a hand that is sent to a vertex plus the offset `aim` [m], shape (3,)."""
     side = SIDES[number][0]
     place = fold.start[vertex, :2]
-    wrong = np.array([world[f"grasp.into.{side}"], world[f"grasp.along.{side}"]])
+    wrong = np.array([scenario[f"grasp.into.{side}"], scenario[f"grasp.along.{side}"]])
     middle = 0.5 * (fold.start[:, :2].min(axis=0) + fold.start[:, :2].max(axis=0))
     seen = np.array([[*(place - middle), 0.0]])
-    turned = _turned(seen, -world["cloth.yaw"])[0, :2] + middle - place
-    lies = fold.vector(*world.vector("cloth.place"))[:2]
+    turned = _turned(seen, -scenario["cloth.yaw"])[0, :2] + middle - place
+    lies = fold.vector(*scenario.vector("cloth.place"))[:2]
     held = place + aim[:2] + fold.vector(*wrong)[:2] + turned - lies
     chosen = _nearest(fold, vertex, held)
     rest = float((fold.start[chosen, :2] - held) @ fold.normal)

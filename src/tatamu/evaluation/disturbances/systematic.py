@@ -15,7 +15,7 @@ import numpy as np
 
 from tatamu.evaluation.disturbances.channels import CHANNELS, PLACES, prefix_in
 from tatamu.evaluation.disturbances.description import OWN, Correlation, Disturbances, read_disturbances
-from tatamu.evaluation.disturbances.world import correlations_root, deviations
+from tatamu.evaluation.disturbances.scenario import correlations_root, deviations
 
 
 @dataclass(frozen=True)

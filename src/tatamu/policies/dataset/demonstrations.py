@@ -74,7 +74,7 @@ def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
 
 
 def columns_of(record: EpisodeRecord) -> dict[str, Any]:
-    """Return the outcome of an episode as columns of a table, with the material and the world as JSON texts."""
+    """Return the outcome of an episode as columns of a table, with the material and the scenario as JSON texts."""
     plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
     measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
     interval = None if record.held_interval is None else [*record.held_interval]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError, SimulationError
-from tatamu.evaluation.disturbances import Disturbances, Stream, sample_worlds
+from tatamu.evaluation.disturbances import Disturbances, Stream, sample_scenarios
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.score import score
@@ -20,7 +20,7 @@ from tatamu.policies.dataset.record import EpisodeRecord, fields_of
 from tatamu.policies.dataset.sources import DrawnFold, LearnedFold, draw_fold, parameters_of
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.policies.envs.cameras import Studio
-from tatamu.policies.envs.episodes import draw_world
+from tatamu.policies.envs.episodes import draw_scenario
 from tatamu.policies.envs.hands import HandsEnv
 from tatamu.policies.envs.motion import Led, actions_of, lead
 from tatamu.search import Parameters
@@ -80,9 +80,9 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
     specification = recorder.specification
     prepared = _prepare(recorder, number // specification.per_fold)
     generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 1, number]))
-    world = draw_world(recorder.disturbances, generator)
+    scenario = draw_scenario(recorder.disturbances, generator)
     env = make_env(prepared.task, specification)
-    first, _ = env.reset(options={"world": world.values})
+    first, _ = env.reset(options={"world": scenario.values})
     answers = play(env, prepared.actions, recorder.stand)
     info = answers[-1][4]
     final, reached = env.outcome()
@@ -94,7 +94,7 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
         task=f"Fold the {task.garment.name}: {task.title}.",
         source=prepared.drawn.source,
         parameters={name: float(value) for name, value in prepared.parameters.items()},
-        world={name: value for name, value in world.values.items() if value},
+        scenario={name: value for name, value in scenario.values.items() if value},
         frames=len(answers),
         vertices=len(final),
         success=bool(info["is_success"]),
@@ -199,8 +199,8 @@ def _judged(record: EpisodeRecord, recorder: Recorder, prepared: _Prepared, env:
     if prepared.drawn.known is not None and not recorder.specification.fold.spread:
         record = record.with_share(*prepared.drawn.known)
     elif outcome.worlds and recorder.disturbances and record.episode % recorder.specification.per_fold == 0:
-        worlds = sample_worlds(recorder.disturbances, outcome.worlds, recorder.specification.seed, Stream.MARGINS)
-        found = [Nominal(prepared.task).simulate(prepared.parameters, world).score for world in worlds]
+        scenarios = sample_scenarios(recorder.disturbances, outcome.worlds, recorder.specification.seed, Stream.MARGINS)
+        found = [Nominal(prepared.task).simulate(prepared.parameters, scenario).score for scenario in scenarios]
         record = record.with_share(sum(each is not None and each.succeeds for each in found), len(found), "worlds")
     if outcome.simulator is None:
         return record

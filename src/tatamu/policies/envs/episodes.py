@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.disturbances import CHANNELS, NOMINAL, Disturbances, World, disturbed_scene, load_disturbances
-from tatamu.evaluation.disturbances.world import worlds_of
+from tatamu.evaluation.disturbances import CHANNELS, NOMINAL, Disturbances, Scenario, disturbed_scene, load_disturbances
+from tatamu.evaluation.disturbances.scenario import scenarios_of
 from tatamu.folding.fold import Fold
 from tatamu.folding.parameters import arched_curve
 from tatamu.folding.task import Task, make_task
@@ -25,22 +25,22 @@ class Episodes:
     task: Task
     disturbances: Disturbances | None
 
-    def draw(self, generator: np.random.Generator) -> World:
+    def draw(self, generator: np.random.Generator) -> Scenario:
         """Draw the scenario of an episode."""
-        return draw_world(self.disturbances, generator)
+        return draw_scenario(self.disturbances, generator)
 
-    def untouched(self, world: World) -> Scene:
+    def untouched(self, scenario: Scenario) -> Scene:
         """Return the scene of a scenario without hands."""
         fold = self.task.fold
-        touched = disturbed_scene(fold, self.task.manipulation(arched_curve(fold)), world)
+        touched = disturbed_scene(fold, self.task.manipulation(arched_curve(fold)), scenario)
         return touched.model_copy(update={"grippers": []})
 
 
-def draw_world(disturbances: Disturbances | None, generator: np.random.Generator) -> World:
+def draw_scenario(disturbances: Disturbances | None, generator: np.random.Generator) -> Scenario:
     """Draw a scenario; without disturbances, it is the nominal one."""
     if disturbances is None:
         return NOMINAL
-    return worlds_of(disturbances, [generator.standard_normal(len(CHANNELS))])[0]
+    return scenarios_of(disturbances, [generator.standard_normal(len(CHANNELS))])[0]
 
 
 def make_episodes(
@@ -65,11 +65,11 @@ def make_episodes(
     return Episodes(task, disturbances)
 
 
-def hand_errors(fold: Fold, world: World, hands: int) -> np.ndarray:
+def hand_errors(fold: Fold, scenario: Scenario, hands: int) -> np.ndarray:
     """Return the error of each hand's assumed position in a scenario [m], shape (hands, 3)."""
-    place = np.array([world["cloth.place.along"], world["cloth.place.across"], world["table.height"]])
-    shared = world.vector("hands.offset") - place
-    apart = 0.5 * world.vector("hands.difference")
+    place = np.array([scenario["cloth.place.along"], scenario["cloth.place.across"], scenario["table.height"]])
+    shared = scenario.vector("hands.offset") - place
+    apart = 0.5 * scenario.vector("hands.difference")
     errors = [shared] if hands == 1 else [shared + apart, shared - apart]
     axes = np.array([[*fold.normal, 0.0], [*fold.crease.along, 0.0], [0.0, 0.0, 1.0]])
     return np.asarray(np.array(errors) @ axes)

@@ -52,16 +52,16 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         start = self.task.fold.start
         self._observer = Observer(self.task.garment, start, observation, hands=0, pixels=pixels)
         self.observation_space = self._observer.space
-        self._world = NOMINAL
+        self._scenario = NOMINAL
         self._positions = start
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         super().reset(seed=seed)
-        self._world = self.episodes.draw(self.np_random)
+        self._scenario = self.episodes.draw(self.np_random)
         self._positions = self.task.fold.start
-        return self._observe(), {"is_success": False, "world": dict(self._world.values)}
+        return self._observe(), {"is_success": False, "world": dict(self._scenario.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Make one fold, which ends the episode.
@@ -73,7 +73,7 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
             InputError: If the action does not have this shape, or is not finite.
         """
         parameters = self.parameters(action)
-        found = Nominal(self.task).simulate(parameters, self._world)
+        found = Nominal(self.task).simulate(parameters, self._scenario)
         if found.rollout is not None:
             self._positions = found.rollout.positions[-1]
         info = {

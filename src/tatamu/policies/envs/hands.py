@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 
 from tatamu.base.errors import InputError, SimulationError
-from tatamu.evaluation.disturbances import Disturbances, World
+from tatamu.evaluation.disturbances import Disturbances, Scenario
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.score import Limits, Score, score, vertex_distances
 from tatamu.folding.task import Task
@@ -182,16 +182,16 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")
-        world = self.episodes.draw(self.np_random) if given is None else World(given)
+        scenario = self.episodes.draw(self.np_random) if given is None else Scenario(given)
         fold = self.task.fold
         never = 1e6  # [s], after every episode
         idle = [
             Gripper(hand=hand, vertices=[vertex], closes=never, times=[0.0], displacements=np.zeros((1, 3)))
             for hand, vertex in zip(HANDS, self._grasps, strict=False)
         ]
-        scene = self.episodes.untouched(world)
+        scene = self.episodes.untouched(scenario)
         self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / self.rate}))
-        errors = hand_errors(fold, world, fold.hands)
+        errors = hand_errors(fold, scenario, fold.hands)
         lowest = 0.5 * scene.material.thickness
         self._jaws = [Jaw(fold.start[v], error, lowest) for v, error in zip(self._grasps, errors, strict=True)]
         self._done = 0
@@ -199,7 +199,7 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         self._scene = scene
         self._view = self._look()
         self._distance = self._measure()
-        return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(world.values)}
+        return self._observer.observe(self._view), {**self._info(False, None, ""), "world": dict(scenario.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Move the hands for one step.

@@ -22,7 +22,7 @@ class Stream(IntEnum):
 
 
 @dataclass(frozen=True)
-class World:
+class Scenario:
     """A scenario: the value of every disturbance."""
 
     values: Mapping[str, float]
@@ -44,7 +44,7 @@ class World:
         return np.array([self[f"{prefix}.{direction}"] for direction in DIRECTIONS])
 
 
-NOMINAL = World({})
+NOMINAL = Scenario({})
 
 
 def deviations(disturbances: Disturbances) -> dict[str, float]:
@@ -60,28 +60,28 @@ def _deviation(disturbances: Disturbances, name: str) -> float:
     return float(value[PARTS[part[0]]] if isinstance(value, list) else value)
 
 
-def mean_world(disturbances: Disturbances) -> World:
+def mean_scenario(disturbances: Disturbances) -> Scenario:
     """Return the scenario in which every disturbance has its mean."""
     means = disturbances.mean
-    return World({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
+    return Scenario({channel.name: means[channel.name] for channel in CHANNELS if means.get(channel.name)})
 
 
-def sample_worlds(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[World]:
+def sample_scenarios(disturbances: Disturbances, count: int, seed: int, stream: Stream) -> list[Scenario]:
     """Draw independent scenarios. Each has its own random numbers, so the first ones are the same for any `count`."""
     rows = [
         np.random.default_rng(np.random.SeedSequence([seed, stream, number])).standard_normal(len(CHANNELS))
         for number in range(count)
     ]
-    return worlds_of(disturbances, rows)
+    return scenarios_of(disturbances, rows)
 
 
-def worlds_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[World]:
+def scenarios_of(disturbances: Disturbances, rows: Sequence[np.ndarray] | np.ndarray) -> list[Scenario]:
     """Return n scenarios from standard normal numbers, shape (n, k), a column for each of the k disturbances."""
     scales = deviations(disturbances)
-    means = mean_world(disturbances).values
+    means = mean_scenario(disturbances).values
     mixing = correlations_root(disturbances)
     return [
-        World({**means, **{name: means.get(name, 0.0) + float(scales[name] * row[PLACES[name]]) for name in scales}})
+        Scenario({**means, **{name: means.get(name, 0.0) + float(scales[name] * row[PLACES[name]]) for name in scales}})
         for row in (mixing @ row for row in rows)
     ]
 
