@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from tatamu.base.errors import InputError
 from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
-from tatamu.calibration.fading import Fading
+from tatamu.calibration.fading import Fading, FadingReadings
 from tatamu.calibration.page import page
 from tatamu.calibration.swing import Swinging, TenSwings
 from tatamu.garments import make_garment
@@ -42,6 +42,14 @@ def found() -> Calibration:
     swing = {"edge": "bottom", "aside": 0.08, "ten_swings": seconds}
     fading = {"edge": "bottom", "aside": 0.08, "to": 0.02, "count": [count]}
     return calibrate(measurements(swing=swing, fading=fading), spacing=SPACING)
+
+
+def test_swings_are_one_number_or_a_list_of_them() -> None:
+    fading = {"edge": "bottom", "aside": 0.08, "to": 0.02}
+    one, listed = (FadingReadings.model_validate({**fading, "count": count}) for count in (3.0, [3.0]))
+    assert one == listed
+    with pytest.raises(ValidationError, match="must be at most 100 swings, given 101"):
+        FadingReadings.model_validate({**fading, "count": [3, 101]})
 
 
 def test_hidden_air_comes_back_within_its_uncertainty(found: Calibration) -> None:

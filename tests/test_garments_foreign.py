@@ -10,6 +10,7 @@ import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.garments import load_garment, make_garment
+from tatamu.garments.drawing import distinct
 from tatamu.garments.panel import angles
 from tatamu.simulation.mesh.crossings import crossings
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -157,3 +158,18 @@ def test_a_mesh_that_stands_upright_lies_down_with_its_top_away_from_the_hem(acr
     garment = make_garment(str(tmp_path / "standing.obj"))
     assert garment.size == pytest.approx((0.3, 0.4))
     assert np.argmax(garment.vertices[:, 0]) in np.flatnonzero(standing[:, 2] > 0.19)
+
+
+@pytest.mark.parametrize(("size", "side"), [((100.0, 100.0), "width"), ((0.3, 0.01), "length")])
+def test_a_mesh_is_not_scaled_to_a_size_that_no_garment_has(
+    size: tuple[float, float], side: str, tmp_path: Path
+) -> None:
+    towel = make_garment("towel", size=(0.3, 0.5))
+    trimesh.Trimesh(towel.vertices, towel.faces, process=False).export(tmp_path / "flat.obj")
+    with pytest.raises(InputError, match=f"size: {side} must be from 0.05 to 5 m"):
+        make_garment(str(tmp_path / "flat.obj"), size=size)
+
+
+def test_numbered_names_are_different_whatever_the_author_numbered() -> None:
+    assert distinct(["a", "a", "b"]) == ["a", "a 2", "b"]
+    assert len(set(distinct(["a", "a", "a 2", "a"]))) == 4

@@ -12,15 +12,15 @@ cloth makes the counted number of swings.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.parameters import LIMITS, PLACE
-from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
+from tatamu.calibration.readings import Counts, Errors, Length, Lengths, Reading, TestEntry
 from tatamu.calibration.swing import MIN_AMPLITUDE, Swinging, SwungTest
 from tatamu.calibration.test import Changes, Readings, Specimen
 from tatamu.simulation.material import Material
@@ -37,7 +37,7 @@ class FadingReadings(TestEntry):
     """Distance by which the edge opposite to the held edge is pulled aside before its release [m]."""
     to: Length
     """Amplitude of the free edge, to one side, at which the counting of swings ends [m]."""
-    count: Annotated[tuple[Annotated[float, Field(gt=0.0, le=100.0)], ...], Field(min_length=1)]
+    count: Counts
     """Number of swings, there and back, until the amplitude is less than `to`. Half swings are counted too."""
 
     @model_validator(mode="after")

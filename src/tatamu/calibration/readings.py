@@ -41,6 +41,13 @@ def _angles(value: Any) -> tuple[float, ...]:
     return given
 
 
+def _counts(value: Any) -> tuple[float, ...]:
+    given = _readings(value, np.inf, "swings", "")
+    if max(given) > 100.0:
+        raise ValueError(f"must be at most 100 swings, given {max(given):g}")
+    return given
+
+
 _lengths = partial(_readings, largest=10.0, unit="metres", smaller="millimetres")
 Lengths = Annotated[tuple[float, ...], BeforeValidator(_lengths)]
 Distances = Annotated[tuple[float, ...], BeforeValidator(partial(_lengths, nothing=True))]
@@ -51,6 +58,8 @@ _times = partial(_readings, largest=600.0, unit="seconds", smaller="milliseconds
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
 """Type of a measured angle: one or more repeats [degrees], each from 0 to 180."""
+Counts = Annotated[tuple[float, ...], BeforeValidator(_counts)]
+"""Type of a number of swings: one or more repeats, each above 0 and at most 100."""
 Length = Annotated[float, BeforeValidator(lambda value: _lengths([value])[0])]
 Error = Annotated[float, Field(ge=1e-6, le=0.1)]
 

@@ -11,6 +11,7 @@ import shapely
 
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB
+from tatamu.garments.outline import numbered
 from tatamu.garments.units import Unit
 
 MAX_DRAWING = 16 * MIB
@@ -151,8 +152,10 @@ def _region(loop: DrawnCurve) -> shapely.Geometry:
 
 def distinct(names: Sequence[str]) -> list[str]:
     """Return different names, by numbering repeated ones."""
-    before = [names[:number].count(name) for number, name in enumerate(names)]
-    return [f"{name} {count + 1}" if count else name for name, count in zip(names, before, strict=True)]
+    found: list[str] = []
+    for name in names:
+        found.append(numbered(name, found))
+    return found
 
 
 def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:

@@ -142,11 +142,11 @@ def named_sides(loop: np.ndarray, named: Mapping[str, np.ndarray] | None = None)
     runs.sort(key=lambda run: float(reach[run[0]][run[1]].mean()) if run[0] in reach else 0.0)
     sides: dict[str, np.ndarray] = {}
     for name, along in runs:
-        sides[_numbered(name, sides)] = along
+        sides[numbered(name, sides)] = along
     return dict(sorted(sides.items(), key=lambda side: int(side[1][0])))
 
 
-def _numbered(name: str, taken: Collection[str]) -> str:
+def numbered(name: str, taken: Collection[str]) -> str:
     """Return a name, with a number if it is taken."""
     return next(each for k in count(1) if (each := name if k == 1 else f"{name} {k}") not in taken)
 
@@ -239,7 +239,7 @@ def divided(
         main = max(parts, key=lambda part: (not part.is_open, part.last - part.first))
         for part in parts:
             wish = f"{side} opening" if part.is_open else side
-            name = side if part is main else _numbered(wish, {*sides, *parted})
+            name = side if part is main else numbered(wish, {*sides, *parted})
             parted[name] = path[part.first : part.last + 1]
             openings += [name] if part.is_open else []
     return parted, tuple(openings)

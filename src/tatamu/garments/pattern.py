@@ -18,7 +18,7 @@ from tatamu.garments.description import GarmentFile
 from tatamu.garments.drawing import Piece, chosen, where
 from tatamu.garments.dxf import read_dxf
 from tatamu.garments.garment import Garment
-from tatamu.garments.outline import Outline, counted, lies_along, named_sides, with_ends
+from tatamu.garments.outline import Outline, counted, lies_along, named_sides, numbered, with_ends
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.svg import read_svg
 from tatamu.garments.units import check_size_of_file, direction, doubts, plane_turn
@@ -215,6 +215,5 @@ def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return curves by their names. Repeated names are numbered, such as those of all curves in one DXF layer."""
     found: dict[str, np.ndarray] = {}
     for name, points in named:
-        number = sum(other == name or other.startswith(f"{name} ") for other in found)
-        found[f"{name} {number + 1}" if name in found else name] = points
+        found[numbered(name, found)] = points
     return found

@@ -16,7 +16,7 @@ from tatamu.base.errors import InputError
 from tatamu.garments.description import GarmentFile
 from tatamu.garments.flat import flat_garment, laid_flat, meshed_anew
 from tatamu.garments.flattening import flattened, inside_out, panel_numbers, side_lengths
-from tatamu.garments.garment import Garment
+from tatamu.garments.garment import Garment, check_size
 from tatamu.garments.meshfile import faults, pieces, read_mesh, welded
 from tatamu.garments.objfile import TriangleMesh
 from tatamu.garments.posture import posture
@@ -44,6 +44,8 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     sides = (float(extent[1]), float(extent[2]))
     if given.size is None:
         check_size_of_file(sides, "mesh", unit)
+    else:
+        check_size(given.size)
     found = faults(mesh.vertices, mesh.faces)
     if found:
         raise InputError(f"mesh: has {'; '.join(found)}")
