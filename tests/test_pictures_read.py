@@ -185,3 +185,13 @@ def test_a_shirt_that_stripes_divide_is_asked_about(
     with pytest.raises(InputError, match=r"regions stand out, .* give --join"):
         find_outline(tmp_path / "a.png")
     assert overlap(find_outline(tmp_path / "a.png", join=True).outline, truth) > 0.93
+
+
+def test_a_wrong_checksum_is_the_only_thing_said(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    deep = np.random.default_rng(0).integers(0, 65_536, (500, 500, 3), dtype=np.uint16)
+    data = bytearray(cv2.imencode(".png", deep)[1].tobytes())
+    data[data.rindex(b"IEND") - 6] ^= 255  # in the checksum of the last pixels
+    (tmp_path / "a.png").write_bytes(data)
+    with pytest.raises(InputError, match="checksum"):
+        read_picture(tmp_path / "a.png")
+    assert capfd.readouterr().err == ""

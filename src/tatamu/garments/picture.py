@@ -67,6 +67,7 @@ def read_picture(path: Path) -> Picture:
             tag = stated.get(ExifTags.Base.Orientation)
             orientation = int(tag) if tag in range(1, 9) else 1
             if deep:
+                _opened(data, path).verify()  # libpng would complain of wrong checksums on the console
                 pixels, alpha = _parts(_decoded(data))
             else:
                 alpha = np.asarray(file.convert("RGBA"))[..., 3] if file.has_transparency_data else None
