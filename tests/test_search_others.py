@@ -61,6 +61,21 @@ def test_proposals_depend_on_trials_and_seed_alone(name: str) -> None:
     assert isinstance(one["g"], int)
 
 
+@pytest.mark.parametrize("name", ["gp", "tpe", "cmaes", "random"])
+def test_a_resumed_search_proposes_the_same_beside_trials_that_still_run(name: str) -> None:
+    first = [SPACE.random(number) for number in range(4)]
+    search = find_search(name)(SPACE, 0, first)
+    running = [search.ask(), search.ask()]
+    for _ in range(16):
+        search.tell(running[0], bowl(running[0]))
+        again = find_search(name)(SPACE, 0, first)
+        for each in search.told:
+            again.tell(each.parameters, each.objective)
+        again.expect(running[1])
+        running = [running[1], search.ask()]
+        assert dict(again.ask()) == dict(running[1])
+
+
 @pytest.mark.parametrize("sampler", ["gp", "cmaes"])
 def test_a_garment_with_one_candidate_for_each_hand_is_learned(sampler: str) -> None:
     one = towel(spacing=0.06, size=(0.30, 0.50))
