@@ -94,7 +94,7 @@ def record_episode(recorder: Recorder, number: int) -> Episode:
         task=f"Fold the {task.garment.name}: {task.title}.",
         source=prepared.drawn.source,
         parameters={name: float(value) for name, value in prepared.parameters.items()},
-        scenario={name: value for name, value in scenario.values.items() if value},
+        world={name: value for name, value in scenario.values.items() if value},
         frames=len(answers),
         vertices=len(final),
         success=bool(info["is_success"]),
