@@ -178,7 +178,7 @@ def test_an_impossible_inertia_is_mended_with_a_note(tmp_path: Path, old: str, n
     assert (robot.model.body_mass[robot.model.body("larm_pan_link").id :][:6] > 0).all()
 
 
-@pytest.mark.parametrize("inertia", ["0.01 0.01 0.1", "0.01 0.01 -0.01", "0 0 0"])
+@pytest.mark.parametrize("inertia", ["0.01 0.01 0.1", "0.01 0.01 -0.01", "0 0 0", "0.01 NaN 0.01"])
 def test_an_impossible_inertia_of_an_mjcf_is_mended_too(tmp_path: Path, inertia: str) -> None:
     robot = of_mjcf(tmp_path, mjcf().replace("0.01 0.01 0.01", inertia, 1))
     assert "pan_link" in "".join(robot.notes)

@@ -241,7 +241,8 @@ def _mend_dynamics(spec: Any) -> list[str]:
         if body.explicitinertial:
             full = np.array(body.fullinertia)
             (xx, yy, zz, xy, xz, yz) = full if np.isfinite(full[0]) else (*body.inertia, 0.0, 0.0, 0.0)
-            moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            moments = np.linalg.eigvalsh(tensor if np.isfinite(tensor).all() else np.zeros((3, 3)))
             possible = body.mass > 0 and moments[0] > 0 and moments[0] + moments[1] >= moments[2] * (1 - 1e-9)
         else:
             moments, possible = np.zeros(3), bool(body.geoms or not body.joints)
