@@ -196,9 +196,9 @@ def learning_mesh(garment: Garment, plan: Plan, hands: int | None) -> tuple[Garm
     too stiff. The effect depends on Y h^2 / B, with the stretch stiffness Y, the spacing h and the bending rigidity B.
     On a mesh whose spacing is k times the garment's own, scenes therefore have the stretch stiffness Y / k^2.
 
-    The ratios k are the largest for which a fold succeeds on this mesh whenever it does on a mesh of half the spacing,
-    in at least 95 of 100 scenarios (`make meshes`, docs/notes/learning.md). A garment keeps its mesh if its spacing was
-    given, if `make_garment` did not make it, and if it is small.
+    The ratios k are the largest for which a fold succeeds on this mesh as it does on a mesh of half the spacing, in
+    nearly all scenarios (`python -m benchmarks.scenarios`, docs/notes/margins.md). A garment keeps its mesh if its
+    spacing was given, if `make_garment` did not make it, and if it is small.
     """
     source = garment.source
     if source is None or garment.spacing_given:
