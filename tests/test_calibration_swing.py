@@ -48,7 +48,7 @@ def test_swings_are_one_number_or_a_list_of_them() -> None:
     fading = {"edge": "bottom", "aside": 0.08, "to": 0.02}
     one, listed = (FadingReadings.model_validate({**fading, "count": count}) for count in (3.0, [3.0]))
     assert one == listed
-    with pytest.raises(ValidationError, match="must be at most 100 swings, given 101"):
+    with pytest.raises(ValidationError, match="must be in swings, at most 100, given 101"):
         FadingReadings.model_validate({**fading, "count": [3, 101]})
 
 

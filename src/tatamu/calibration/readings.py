@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field
 from tatamu.base.records import Record
 
 
-def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool = False) -> tuple[float, ...]:
+def _readings(value: Any, largest: float, unit: str, smaller: str = "", nothing: bool = False) -> tuple[float, ...]:
     """Check one reading or several. One above `largest` is refused, because its unit must be wrong."""
     given = value if isinstance(value, list | tuple) else [value]
     if not given:
@@ -28,24 +28,11 @@ def _readings(value: Any, largest: float, unit: str, smaller: str, nothing: bool
             raise ValueError(f"must be {'at least 0' if nothing else 'above 0'}, given {each:g} {unit}")
         if each > largest:
             raise ValueError(
-                f"must be in {unit}, at most {largest:g}, given {each:g}: if the reading is in {smaller}, write "
-                f"{each / 1000:g}" + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
+                f"must be in {unit}, at most {largest:g}, given {each:g}"
+                + (f": if the reading is in {smaller}, write {each / 1000:g}" if smaller else "")
+                + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
             )
     return tuple(float(each) for each in given)
-
-
-def _angles(value: Any) -> tuple[float, ...]:
-    given = _readings(value, np.inf, "degrees", "", nothing=True)
-    if max(given) > 180.0:
-        raise ValueError(f"must be in degrees, at most 180, given {max(given):g}")
-    return given
-
-
-def _counts(value: Any) -> tuple[float, ...]:
-    given = _readings(value, np.inf, "swings", "")
-    if max(given) > 100.0:
-        raise ValueError(f"must be at most 100 swings, given {max(given):g}")
-    return given
 
 
 _lengths = partial(_readings, largest=10.0, unit="metres", smaller="millimetres")
@@ -56,8 +43,10 @@ _masses = partial(_readings, largest=20.0, unit="kilograms", smaller="grams")
 Masses = Annotated[tuple[float, ...], BeforeValidator(_masses)]
 _times = partial(_readings, largest=600.0, unit="seconds", smaller="milliseconds")
 Times = Annotated[tuple[float, ...], BeforeValidator(_times)]
+_angles = partial(_readings, largest=180.0, unit="degrees", nothing=True)
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
 """Type of a measured angle: one or more repeats [degrees], each from 0 to 180."""
+_counts = partial(_readings, largest=100.0, unit="swings")
 Counts = Annotated[tuple[float, ...], BeforeValidator(_counts)]
 """Type of a number of swings: one or more repeats, each above 0 and at most 100."""
 Length = Annotated[float, BeforeValidator(lambda value: _lengths([value])[0])]

@@ -103,7 +103,7 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
     height, width = lab.shape[:2]
     y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
-    frame = (np.abs(x) > 1 - 2 * 0.04) | (np.abs(y) > 1 - 2 * 0.04)  # of 4 %, which shows only the table
+    frame = np.maximum(np.abs(x), np.abs(y)) > 1 - 2 * 0.04  # of 4 %, which shows only the table
     known = terms[frame & usable]
     wanted = lab[frame & usable]
     weight = np.ones(len(known))

@@ -13,6 +13,9 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, foreign, read_bytes
 
+MAX_PICTURE = 256 * MIB
+"""Largest size of a picture's file [bytes]."""
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -49,7 +52,7 @@ def read_picture(path: Path) -> Picture:
     """
     from PIL import ExifTags
 
-    data = read_bytes(path, 256 * MIB)
+    data = read_bytes(path, MAX_PICTURE)
     with foreign(path, "a picture that can be read here"):
         file = _opened(data, path)
         size: tuple[int, int] = file.size if file is not None else _tiff_size(data)

@@ -426,5 +426,6 @@ def _is_background(shape: Shape, page: Page) -> bool:
     area = shapely.Polygon(points).area
     low, high = points.min(axis=0), points.max(axis=0)
     start, size = np.array(page).reshape(2, 2)
-    covers = (low <= start + 0.01 * size).all() and (high >= start + (1.0 - 0.01) * size).all()
+    room = 0.01  # by which it may be smaller on each side
+    covers = (low <= start + room * size).all() and (high >= start + (1.0 - room) * size).all()
     return bool(covers and abs(area - np.prod(high - low)) < 1e-6 * area)

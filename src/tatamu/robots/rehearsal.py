@@ -18,7 +18,7 @@ from tatamu.base.errors import InputError
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.pairs import link_name
 from tatamu.robots.planfile import Planned
-from tatamu.robots.stage import MODEL, Poser, data_of, load_stage
+from tatamu.robots.stage import MODEL, Poser, contacts, data_of, load_stage
 
 STEP = 0.001
 """Time step of the simulation [s]."""
@@ -209,8 +209,7 @@ def _tools(data: Any, planned: Planned) -> np.ndarray:
 
 def _note(model: Any, data: Any, touched: dict[tuple[str, str], Contact]) -> None:
     """Record which links touch now, the time when they first touched, and the largest penetration depth."""
-    for number in range(data.ncon):  # iterating over data.contact takes half a millisecond, even if it is empty
-        contact = data.contact[number]
+    for contact in contacts(data):
         if contact.dist <= 0:
             one, other = sorted(link_name(model, int(geom)) for geom in contact.geom)
             known = touched.get((one, other), Contact((one, other), float(data.time), 0.0))

@@ -12,7 +12,7 @@ from PIL import Image
 from tatamu.after.feedback.measured import MeasuredFold, from_numbers
 from tatamu.after.feedback.observe import Feedback
 from tatamu.base.errors import InputError, SimulationError
-from tatamu.base.files import MIB, read_bytes
+from tatamu.base.files import read_bytes
 from tatamu.cameras.locate import locate
 from tatamu.cameras.pictures import draw_reading
 from tatamu.cameras.pose import Pose
@@ -20,6 +20,7 @@ from tatamu.cameras.reading import FoldReading, view_fold
 from tatamu.cameras.shape import silhouette
 from tatamu.evaluation.disturbances import Scenario
 from tatamu.evaluation.nominal import Nominal
+from tatamu.garments.picture import MAX_PICTURE
 from tatamu.study.result import Result
 
 
@@ -59,7 +60,7 @@ def read_photo(
     assert place is not None, "one of them is given"
     reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)
     seen = {name: pair for name, pair in reading.values.items() if not name.startswith(tuple(turned_in) or ("-",))}
-    source = f"sha256:{sha256(read_bytes(photo, 256 * MIB)).hexdigest()}"
+    source = f"sha256:{sha256(read_bytes(photo, MAX_PICTURE)).hexdigest()}"
     return from_numbers(seen, source=source, failed=failed, turned_in=turned_in), reading
 
 

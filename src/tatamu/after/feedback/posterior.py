@@ -143,7 +143,7 @@ class Posterior:
         return sorted(pairs, key=lambda pair: -abs(pair.correlation))
 
     def ends(self, emulator: Emulator, correction: np.ndarray) -> np.ndarray:
-        """Return marks of 4000 possible next folds with a correction, shape (k,) [m], shape (4000, m)."""
+        """Return marks of n possible next folds with a correction, shape (k,) [m], shape (n, m); n is 4000."""
         slopes = emulator.slopes
         spread = slopes @ (self.covariance + np.diag(self.prior.random)) @ slopes.T + emulator.residual
         mean = emulator.marks(self.mean + correction)

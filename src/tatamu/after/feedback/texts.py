@@ -77,9 +77,10 @@ def posterior_lines(found: Feedback) -> Iterator[str]:
         return
     undetermined = posterior.undetermined()
     determined = [row for row in by_gain(found) if row[0] not in undetermined]
-    for name, mean, before, after in determined[:4]:
+    listed = 4  # at most
+    for name, mean, before, after in determined[:listed]:
         yield f"{title(name)}: {shown(name, mean)}, σ {deviation(name, after)} (before {deviation(name, before)})"
-    for pair in posterior.alike()[:4]:
+    for pair in posterior.alike()[:listed]:
         yield f"cannot be told apart: {title(pair.one)} and {title(pair.other)} (correlation {pair.correlation:+.2f})"
     if undetermined:
         yield f"not determined: {', '.join(title(name) for name in undetermined)}"

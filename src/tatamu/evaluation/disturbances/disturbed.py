@@ -209,8 +209,8 @@ def _grasp(fold: Fold, vertex: int, aim: np.ndarray, scenario: Scenario, number:
 
 def _covered(fold: Fold, place: np.ndarray) -> float:
     """Return the fraction of a pad that is over cloth, if the middle of its outer edge is at `place` [m]."""
-    along = ((np.arange(12) + 0.5) / 12 - 0.5) * fold.fingers.width  # 12 points along the cloth's edge, 8 across it
-    into = (np.arange(8) + 0.5) / 8 * PAD
+    along, into = ((np.arange(count) + 0.5) / count for count in (12, 8))  # points along the cloth's edge and across it
+    along, into = (along - 0.5) * fold.fingers.width, into * PAD
     points = place + (into[:, None, None] * fold.normal + along[None, :, None] * fold.crease.along).reshape(-1, 2)
     corners = fold.start[fold.garment.faces, :2]
     far = fold.fingers.width + PAD
