@@ -116,20 +116,20 @@ class Scenarios(Evaluator):
         return found.score is not None and self.limits.hold(found.score)
 
     def _outcomes(self, ask: Ask, indices: Sequence[int]) -> Iterator[Evaluation]:
-        """Yield the outcomes in the scenarios in order, while some of the next ones are simulated already.
+        """Yield the outcomes in the scenarios in order.
 
-        An ask with something to beat uses half of the processors, at most four, and leaves the others to other trials.
+        A fold that fails mostly fails in one of the first scenarios, so these are simulated one after another if there
+        is something to beat, and the others on all processors.
         """
 
         def simulate(index: int) -> Evaluation:
             return replace(self.inner.simulate(ask.parameters, self.sample[index]), rollout=None)
 
-        count = processors() if np.isinf(ask.beat) else min(4, processors() // 2)
-        if count <= 1 or not capabilities(self.task.simulator).parallel:
-            yield from map(simulate, indices)
-            return
-        threads = ThreadPoolExecutor(count)
+        side_by_side = processors() > 1 and capabilities(self.task.simulator).parallel
+        alone = len(indices) if not side_by_side else 0 if np.isinf(ask.beat) else 3
+        yield from map(simulate, indices[:alone])
+        threads = ThreadPoolExecutor(processors())
         try:
-            yield from threads.map(simulate, indices)
+            yield from threads.map(simulate, indices[alone:])
         finally:
             threads.shutdown(wait=False, cancel_futures=True)

@@ -129,7 +129,7 @@ def failures(fold: Result) -> list[TopView]:
     """Return a picture from above for each cause of failure that was simulated, with the target's outline."""
     shown = fold.failures
     area = extent(fold.target, *shown.values())
-    _, wanted = draw(painted(fold, fold.target), area)
+    wanted = mask(painted(fold, fold.target), area)
     images = ((cause, draw(painted(fold, ends), area)[0]) for cause, ends in shown.items())
     return [view(cause, "", outlined(image, wanted), area) for cause, image in images]
 

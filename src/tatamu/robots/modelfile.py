@@ -12,7 +12,6 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, foreign, read_bytes
@@ -183,6 +182,8 @@ class _Store:
         content = self._read(file)
         # MuJoCo reads neither PLY nor OFF, and of the two .stl formats only the binary one.
         if suffix in converted or (suffix == ".stl" and _is_ascii(content)):
+            import trimesh  # this import takes a third of a second
+
             with foreign(file, "a mesh that can be read"):
                 mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
                 content, suffix = trimesh.exchange.stl.export_stl(mesh), ".stl"

@@ -228,18 +228,21 @@ class _Learning:
         try:
             self.progress(study.progress())
             if folder is not None:
-                self._write_first(study, folder)
+                study.simulate_first()
             for stage in study.run(baselines):
-                self.progress(study.progress(stage))
+                if stage == "first":
+                    self._write_first(study, folder)
+                else:
+                    self.progress(study.progress(stage))
             return self._finish(study, folder)
         except KeyboardInterrupt:
             if study.best() is not None and folder is not None:
                 self._finish(study, folder)
             raise
 
-    def _write_first(self, study: Study, folder: ResultFolder) -> None:
+    def _write_first(self, study: Study, folder: ResultFolder | None) -> None:
         """Write the result of the first initial curve, so that there is a fold to look at after seconds."""
-        found = study.simulate_first()
+        found = study.first
         if found is not None and not found.failed:
             trial = Trial.of(0, Proposal(found.parameters), found)
             self._result(study, folder, [trial], found)

@@ -112,7 +112,8 @@ class Study:
         self._told: list[Trial] = []
         """Trials that the search knows, a beginning of `trials`."""
         self._kept: dict[int, Evaluation] = {}
-        self._first: Evaluation | None = None
+        self.first: Evaluation | None = None
+        """The first initial curve without disturbances, if it was simulated."""
         for trial in self.trials:
             try:
                 self.space.check(trial.parameters)
@@ -129,16 +130,14 @@ class Study:
         """Whether all trials are stored."""
         return is_over(self.wanted, [trial.proposal for trial in self.trials])
 
-    def simulate_first(self) -> Evaluation | None:
-        """Simulate the first initial curve without disturbances, before any trial; None if there is none."""
-        if self.trials or not self._search.first:
-            return None
-        parameters = self._search.first[0]
-        self._first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
-        return self._first
+    def simulate_first(self) -> None:
+        """Simulate the first initial curve without disturbances, unless there are trials already."""
+        if not self.trials and self._search.first:
+            parameters = self._search.first[0]
+            self.first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
 
     def run(self, baselines: bool) -> Iterator[Stage]:
-        """Make the remaining trials, and yield after each new one.
+        """Make the remaining trials, and yield after each new one, and when the first is running.
 
         Raises:
             InputError: If the search proposes parameters out of bounds, or the evaluator returns no finite number.
@@ -146,22 +145,23 @@ class Study:
         proposals: list[Proposal] = []
         running: deque[tuple[Proposal, Future[Evaluation] | None]] = deque()  # a stored trial has no future
         fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
+        wanted = baselines and self.baselines is None
         try:
-            while len(proposals) < self._stored or not is_over(self.wanted, proposals):
+            while (more := len(proposals) < self._stored or not is_over(self.wanted, proposals)) or running:
                 # until there is a reference fold, trials run one after another: any of them may become it
-                while len(running) >= (1 if self._needs_reference else self.record.parallel):
-                    if self._finish(*running.popleft()):
-                        yield "trials"
-                begun = self._begin(len(proposals))
-                proposals.append(begun[0])
-                running.append(begun)
-            if baselines and self.baselines is None:
-                nominal = Nominal(self.evaluator.task)
-                made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
-                fixed = {
-                    name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()
-                }
-            while running:
+                if more and len(running) < (1 if self._needs_reference else self.record.parallel):
+                    begun = self._begin(len(proposals))
+                    proposals.append(begun[0])
+                    running.append(begun)
+                    continue
+                if wanted and not more and not fixed:
+                    nominal = Nominal(self.evaluator.task)
+                    made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
+                    fixed = {
+                        name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()
+                    }
+                if self.first is not None and not self._told:
+                    yield "first"  # while other trials are running
                 if self._finish(*running.popleft()):
                     yield "trials"
             if fixed:
@@ -208,9 +208,9 @@ class Study:
 
     def _submit(self, ask: Ask, *, undisturbed: bool = False) -> Future[Evaluation]:
         """Submit an ask to the executor, unless the robot cannot carry it out. Workers do not need the robot."""
-        if self._first is not None and self._first.parameters == ask.parameters:
-            if self._first.failed or not self.evaluator.scenario_count:
-                return _done(self._first)
+        if self.first is not None and self.first.parameters == ask.parameters:
+            if self.first.failed or not self.evaluator.scenario_count:
+                return _done(self.first)
         refused = refuse(self.evaluator.task, ask.parameters)
         if refused is not None:
             return _done(refused)

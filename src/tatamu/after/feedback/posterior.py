@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from tatamu.after.feedback.emulator import ROUNDS, TAILS, Emulator
 from tatamu.after.feedback.measured import MeasuredFold
@@ -73,7 +73,7 @@ class Fold:
             return 1.0
         wide = 4.0**2 * self.slopes @ prior.systematic @ self.slopes.T + 4.0 * self.noise(prior.random)
         apart = self.apart(prior.mean)
-        return float(chi2.sf(apart @ np.linalg.solve(wide, apart), len(apart)))
+        return float(chdtrc(len(apart), apart @ np.linalg.solve(wide, apart)))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from tatamu.simulation.mesh.topology import Topology
 
@@ -78,6 +77,8 @@ class PlanOutline:
     @property
     def peaks(self) -> np.ndarray:
         """Indices of the radii at the nodes, the outermost points of the hem's folds, shape (k,)."""
+        from scipy.signal import find_peaks  # this import takes half a second
+
         start = int(self.radii.argmin())
         once = np.append(np.roll(self.radii, -start), self.radii[start])
         return np.sort((find_peaks(once, prominence=0.003)[0] + start) % len(self.radii))
