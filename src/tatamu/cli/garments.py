@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import write_bytes, write_text
 from tatamu.base.size import parse_size
 
 if TYPE_CHECKING:
@@ -116,7 +117,6 @@ def plans(
 
 def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
     """Write the page, the picture or the plan file that `--out` names, or a folder with all of them."""
-    from tatamu.base.files import write_bytes, write_text
     from tatamu.report.candidates import page, picture
 
     whole = not out.suffix
@@ -163,7 +163,6 @@ def show(
 
     `tatamu show shirt.svg --out pictures`
     """
-    from tatamu.base.files import write_bytes, write_text
     from tatamu.report.garment import diagram, facts, page
 
     made = _made(garment, size, material, spacing, scale)

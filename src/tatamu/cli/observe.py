@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import check_targets, write_text
+from tatamu.cli.locate import parse_corners
 from tatamu.cli.options import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
@@ -93,7 +95,6 @@ def observe(
     from tatamu.after.feedback import FORM, FeedbackFolder, read_template, ruler, size_of
     from tatamu.after.feedback.texts import correction_lines, posterior_lines
     from tatamu.api import observe as observe_fold
-    from tatamu.base.files import write_text
     from tatamu.study.result import Result
 
     given = {"left": left, "right": right, "slip": slip}
@@ -121,9 +122,30 @@ def observe(
     if form is not None:
         measured = read_template(form, size)
     elif photo is not None:
-        measured, reading = _from_photo(
-            learned, photo, board, sheet, before, frame, lens, corner or [], picture, failed, _sides(turned_in)
+        from tatamu.after.feedback.photo import read_photo
+        from tatamu.cameras import pictures as look
+        from tatamu.cameras.pose import parse_pose
+
+        scale = scale_of(board, sheet)
+        if picture is not None:
+            look.check_picture(picture, "picture")
+            check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
+        measured, reading = read_photo(
+            learned,
+            photo,
+            scale,
+            before=before,
+            frame=None if frame is None else parse_pose(frame, "frame"),
+            lens=lens,
+            corners=parse_corners(corner or []),
+            failed=failed,
+            turned_in=_sides(turned_in),
         )
+        for number in measured.measured:
+            print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
+        if picture is not None:
+            look.write_picture(look.draw_reading(reading), picture)
+            print(f"look at: {picture}, the corners and their targets on top of the photo")
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
         sides = _sides(turned_in)
@@ -136,49 +158,6 @@ def observe(
     print(f"page: {files.page_file}")
     if not found.correction.is_none:
         print(f"next: tatamu correct {files.path}")
-
-
-def _from_photo(
-    learned: Result,
-    photo: Path,
-    board: Path | None,
-    sheet: str | None,
-    before: Path | None,
-    frame: str | None,
-    lens: Path | None,
-    corner: list[str],
-    picture: Path | None,
-    failed: bool,
-    turned_in: list[str],
-) -> tuple[MeasuredFold, FoldReading]:
-    """Read where a real fold ended from a photograph, and draw what was found if a picture is wanted."""
-    from tatamu.after.feedback.photo import read_photo
-    from tatamu.base.files import check_targets
-    from tatamu.cameras import pictures as look
-    from tatamu.cameras.pose import parse_pose
-    from tatamu.cli.locate import parse_corners
-
-    scale = scale_of(board, sheet)
-    if picture is not None:
-        look.check_picture(picture, "picture")
-        check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
-    measured, reading = read_photo(
-        learned,
-        photo,
-        scale,
-        before=before,
-        frame=None if frame is None else parse_pose(frame, "frame"),
-        lens=lens,
-        corners=parse_corners(corner),
-        failed=failed,
-        turned_in=turned_in,
-    )
-    for number in measured.measured:
-        print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
-    if picture is not None:
-        look.write_picture(look.draw_reading(reading), picture)
-        print(f"look at: {picture}, the corners and their targets on top of the photo")
-    return measured, reading
 
 
 def correct(

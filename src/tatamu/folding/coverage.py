@@ -70,7 +70,6 @@ class Part:
 class Coverage:
     """The cloth that hands carry with given grasps."""
 
-    grasps: tuple[int, ...]
     overhang: np.ndarray
     """Overhang of each vertex [m], shape (n,): 0 if held or still, infinite if no cloth joins it to held cloth."""
     limit: np.ndarray
@@ -176,7 +175,7 @@ class _Cloth:
         missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
         farthest = float(self.places[list(grasps), 0].min())  # of the hands
         beyond = self.places[:, 0] < farthest - 0.5 * self.spacing
-        return Coverage(grasps, overhang, np.where(beyond, MAX_TAIL, MAX_OVERHANG), missed)
+        return Coverage(overhang, np.where(beyond, MAX_TAIL, MAX_OVERHANG), missed)
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Return the grasps that hold each piece, by its index. Fingers hold all pieces that lie on each other."""
