@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -14,10 +14,9 @@ if TYPE_CHECKING:
 
 
 def materials(
-    name: Annotated[
-        str | None,
-        typer.Argument(metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."),
-    ] = None,
+    name: str | None = typer.Argument(
+        None, metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."
+    ),
 ) -> None:
     """List the materials ("presets") that come with tatamu, with their sources and ranges.
 

@@ -29,46 +29,36 @@ RunArgument = Annotated[
 
 def observe(
     folder: RunArgument,
-    left: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B",
-            help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
-        ),
-    ] = None,
-    right: Annotated[
-        str | None, typer.Option(metavar="A,B", help="The same for the right corner of the moved hem [mm].")
-    ] = None,
-    slip: Annotated[str | None, typer.Option(metavar="A,B", help="Distance that the lower hem has moved [mm].")] = None,
-    deviation: Annotated[
-        float | None, typer.Option(help="Standard deviation of your numbers, in millimetres; default: 1.5.")
-    ] = None,
-    turned_in: Annotated[
-        str | None, typer.Option(metavar="left|right|both", help="Corners that lie turned in, which need no numbers.")
-    ] = None,
-    failed: Annotated[bool, typer.Option("--failed", help="The fold failed so that nothing can be measured.")] = False,
-    form: Annotated[
-        Path | None, typer.Option("--from", metavar="FILE.toml", help="Read the numbers from a form.")
-    ] = None,
-    photo: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Read the numbers from a photo after the fold.")
-    ] = None,
+    left: str | None = typer.Option(
+        None,
+        metavar="A,B",
+        help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
+    ),
+    right: str | None = typer.Option(None, metavar="A,B", help="The same for the right corner of the moved hem [mm]."),
+    slip: str | None = typer.Option(None, metavar="A,B", help="Distance that the lower hem has moved [mm]."),
+    deviation: float | None = typer.Option(
+        None, help="Standard deviation of your numbers, in millimetres; default: 1.5."
+    ),
+    turned_in: str | None = typer.Option(
+        None, metavar="left|right|both", help="Corners that lie turned in, which need no numbers."
+    ),
+    failed: bool = typer.Option(False, "--failed", help="The fold failed so that nothing can be measured."),
+    form: Path | None = typer.Option(None, "--from", metavar="FILE.toml", help="Read the numbers from a form."),
+    photo: Path | None = typer.Option(None, metavar="PHOTO", help="Read the numbers from a photo after the fold."),
     board: BoardOption = None,
     sheet: SheetOption = None,
-    before: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Photo before the fold, with the board in the same place.")
-    ] = None,
-    frame: Annotated[
-        str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the fold's frame on the board [m, m, rad].")
-    ] = None,
+    before: Path | None = typer.Option(
+        None, metavar="PHOTO", help="Photo before the fold, with the board in the same place."
+    ),
+    frame: str | None = typer.Option(
+        None, metavar="X,Y,YAW", help="Pose of the fold's frame on the board [m, m, rad]."
+    ),
     lens: LensOption = None,
     corner: CornerOption = None,
-    picture: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg.")
-    ] = None,
-    template: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="Only write an empty form to fill in.")
-    ] = None,
+    picture: Path | None = typer.Option(
+        None, metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg."
+    ),
+    template: Path | None = typer.Option(None, metavar="FILE.toml", help="Only write an empty form to fill in."),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
@@ -162,9 +152,9 @@ def observe(
 
 def correct(
     folder: RunArgument,
-    out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Folder of the corrected fold; default: RUN/corrected-N.")
-    ] = None,
+    out: Path | None = typer.Option(
+        None, metavar="OUT", help="Folder of the corrected fold; default: RUN/corrected-N."
+    ),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Correct the next fold: shift grasps, releases and heights against the inferred errors.
