@@ -116,6 +116,7 @@ def observe(
         from tatamu.cameras import pictures as look
         from tatamu.cameras.pose import parse_pose
 
+        sides = _sides(turned_in)
         scale = scale_of(board, sheet)
         if picture is not None:
             look.check_picture(picture, "picture")
@@ -129,7 +130,7 @@ def observe(
             lens=lens,
             corners=parse_corners(corner or []),
             failed=failed,
-            turned_in=_sides(turned_in),
+            turned_in=sides,
         )
         for number in measured.measured:
             print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
