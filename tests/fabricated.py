@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.curves import bezier as curve
-from tatamu.base.curves import sampled_bezier
 from tatamu.base.version import __version__
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import Course, Manipulation
 from tatamu.report import picture, write_report
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
@@ -205,15 +204,11 @@ def _result(count: int, vertices: int, inner: np.ndarray, size: float, spacing: 
 
 
 def _manipulation(arms: list[dict[str, Any]]) -> Manipulation:
-    grasps = [arm["grasp"] for arm in arms]
-    control = tuple(np.array(arm["control_points"]) - arm["control_points"][0] for arm in arms)
-    return Manipulation(
-        grasps=tuple(grasp["vertex"] for grasp in grasps),
-        positions=tuple(np.array(grasp["position"]) for grasp in grasps),
-        paths=tuple(map(sampled_bezier, control)),
-        control_points=control,
-        patches=tuple(tuple(grasp["patch"]) for grasp in grasps),
-    )
+    hands = []
+    for arm in arms:
+        grasp, points = arm["grasp"], np.array(arm["control_points"]) - arm["control_points"][0]
+        hands.append(Course.on_curve(grasp["vertex"], np.array(grasp["position"]), points, grasp["patch"]))
+    return Manipulation(tuple(hands))
 
 
 def _scene(

@@ -15,6 +15,7 @@ from tatamu.folding.advice import UncarriedWarning, advice, left_behind
 from tatamu.folding.appendages import appendages, has_legs, silhouette
 from tatamu.folding.coverage import MAX_OVERHANG, MAX_TAIL, best_coverage, uncarried
 from tatamu.folding.fold import fold_of, ideal_folds
+from tatamu.folding.layout import Layout
 from tatamu.folding.plan import Plan, load_plan
 from tatamu.folding.plans import PLANS, make_plan
 from tatamu.folding.proposals import propose
@@ -105,7 +106,7 @@ def test_wings_are_carried_up_to_a_length(reach: float, missed: int) -> None:
     """Wings of 0.13 m end 3 mm off their place, those of 0.2 m 34 to 170 mm (docs/guide)."""
     garment = winged(reach)
     fold = fold_of(garment, (plan := half("side 0")), plan.steps[0])
-    parts = uncarried(garment, fold.start, fold.crease, (fold.left, fold.right))
+    parts = uncarried(Layout(garment, fold.start, fold.crease), (fold.left, fold.right))
     assert len(parts) == missed
     for part in parts:
         assert abs(part.overhang - reach) < 0.03
@@ -282,6 +283,7 @@ def test_a_garment_of_ones_own_folds_as_proposed(tmp_path: Path) -> None:
 def test_the_best_coverage_is_the_one_that_leaves_least() -> None:
     garment = winged(0.2)
     fold = fold_of(garment, (plan := half("side 0")), plan.steps[0])
-    best = best_coverage(garment, fold.start, fold.crease, (fold.left, fold.right))
-    inner = best_coverage(garment, fold.start, fold.crease, (fold.left[-1:], fold.right[-1:]))
+    layout = Layout(garment, fold.start, fold.crease)
+    best = best_coverage(layout, (fold.left, fold.right))
+    inner = best_coverage(layout, (fold.left[-1:], fold.right[-1:]))
     assert best.lost.sum() <= inner.lost.sum()

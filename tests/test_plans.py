@@ -166,8 +166,9 @@ def test_hands_at_different_distances_turn_the_cloth_together(garments: dict[str
     left, right = int(fold.left[0]), int(fold.right[0])
     assert fold.span_of(left) > 1.3 * fold.span_of(right)
     manipulation = bezier_manipulation(fold, (left, right), 0.3 * fold.span, 0.4 * fold.span, 0.05, 0.2)
-    assert manipulation.control_points is not None
-    for vertex, points in zip((left, right), manipulation.control_points, strict=True):
+    for vertex, hand in zip((left, right), manipulation.hands, strict=True):
+        points = hand.control_points
+        assert points is not None
         mirrored = fold.crease.mirrored(fold.start[[vertex], :2])[0]
         assert fold.start[vertex, :2] + points[3, :2] == pytest.approx(mirrored, abs=1e-12)
         assert np.linalg.norm(points[1]) / fold.span_of(vertex) == pytest.approx(0.5)

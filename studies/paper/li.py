@@ -90,9 +90,9 @@ class Li:
 
     def starts(self) -> Iterator[np.ndarray]:
         """Yield the points from which searches start, and then random ones, shape (4,)."""
-        control = li_2015(self.task.fold).control_points
+        control = li_2015(self.task.fold).hands[0].control_points
         assert control is not None
-        theirs = [(np.hypot(x, y) / self.task.fold.span, z / self.task.fold.span) for x, y, z in control[0][1:3]]
+        theirs = [(np.hypot(x, y) / self.task.fold.span, z / self.task.fold.span) for x, y, z in control[1:3]]
         for (x1, z1), (x2, z2) in (theirs, *ARCHES):
             values = dict(zip(SEARCHED, self.task.fold.span * np.array([x1, x2, z1, z2]), strict=True))
             yield self.space.points([values])[0]

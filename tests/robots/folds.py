@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.base.curves import sampled_bezier
-from tatamu.folding.manipulation import Manipulation
+from tatamu.folding.manipulation import Course, Manipulation
 
 SPEED = 0.6
 """Of the faster hand [m/s]."""
@@ -75,7 +74,7 @@ def exact(span: float = 0.34, width: float = 0.30, height: float = 0.15, shift: 
     """The same fold as `manipulation`, at the speed of tatamu's own trials."""
     control = _inner(span, height)
     places = [np.array([shift - span / 2, y, 0.0005]) for y in (width / 2, -width / 2)]
-    return Manipulation((0, 1), tuple(places), (sampled_bezier(control),) * 2, (control,) * 2)
+    return Manipulation(tuple(Course.on_curve(vertex, place, control) for vertex, place in enumerate(places)))
 
 
 def folder(path: Path, **fold: float) -> Path:

@@ -40,7 +40,7 @@ def test_a_fold_that_cannot_lie_straight_ahead_is_searched_for_everywhere(monkey
 
 def test_it_names_what_is_wrong() -> None:
     with pytest.raises(InputError, match="arms"):
-        ReachConstraint(load("hironx"))(replace(exact(), grasps=(), positions=(), paths=(), control_points=()))
+        ReachConstraint(load("hironx"))(replace(exact(), hands=()))
 
 
 def test_it_says_why_not() -> None:

@@ -66,17 +66,11 @@ def test_the_files_name_the_arm_that_folds(plan: RobotPlan, tmp_path: Path) -> N
 
 def test_either_arm_may_fold_alone() -> None:
     both = exact()
-    assert both.control_points is not None
-    one = replace(
-        both,
-        grasps=both.grasps[:1],
-        positions=both.positions[:1],
-        paths=both.paths[:1],
-        control_points=both.control_points[:1],
-    )
+    hand = both.hands[0]
+    assert hand.control_points is not None
     mirrored = (Placement(0.26, side * 0.284, -0.035, -side * 0.873, 0.5) for side in (1, -1))
     for robot, place in zip(load("hironx").ways(1)[:2], mirrored, strict=True):
-        shifted = replace(one, positions=(one.positions[0] * [1, 0, 1],))
+        shifted = replace(both, hands=(replace(hand, position=hand.position * [1, 0, 1]),))
         assert search(robot, HandMotion.exact(shifted), [place], fine=True).quality[0] >= 0
     assert ReachConstraint(load("hironx"))(shifted) >= 0
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -12,17 +11,14 @@ from tatamu.base.errors import InputError
 
 
 def calibrate(
-    measurements: Annotated[Path, typer.Argument(metavar="MEASUREMENTS.toml", help="File of the measurements.")],
-    out: Annotated[
-        Path, typer.Option(metavar="MATERIAL.toml", help="File of the material; its page gets the same name.")
-    ],
-    simulator: Annotated[
-        str, typer.Option(help="Simulator to calibrate; the material is valid for this simulator only.")
-    ] = "native",
-    spacing: Annotated[
-        float | None,
-        typer.Option(help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."),
-    ] = None,
+    measurements: Path = typer.Argument(..., metavar="MEASUREMENTS.toml", help="File of the measurements."),
+    out: Path = typer.Option(..., metavar="MATERIAL.toml", help="File of the material; its page gets the same name."),
+    simulator: str = typer.Option(
+        "native", help="Simulator to calibrate; the material is valid for this simulator only."
+    ),
+    spacing: float | None = typer.Option(
+        None, help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."
+    ),
 ) -> None:
     """Find the material with which a simulator reproduces your measurements.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -14,22 +14,17 @@ if TYPE_CHECKING:
 
 
 def check(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
-    simulator: Annotated[str, typer.Option(help="Other simulator: native, blender or mujoco.")] = "",
-    material: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE.toml", help="Material of the cloth in the other simulator; default: the material of the fold."
-        ),
-    ] = None,
-    halve: Annotated[bool, typer.Option("--halve", help="Simulate on a mesh of half the spacing.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/check-SIMULATOR.")
-    ] = None,
-    everything: Annotated[bool, typer.Option("--all", hidden=True)] = False,
-    former: Annotated[
-        list[str] | None, typer.Option("--simulators", "--random", "--seed", "--scheduler", hidden=True)
-    ] = None,
+    folder: Path = typer.Argument(..., metavar="DIR", help="The folder of a learned fold."),
+    simulator: str = typer.Option("", help="Other simulator: native, blender or mujoco."),
+    material: Path | None = typer.Option(
+        None,
+        metavar="FILE.toml",
+        help="Material of the cloth in the other simulator; default: the material of the fold.",
+    ),
+    halve: bool = typer.Option(False, "--halve", help="Simulate on a mesh of half the spacing."),
+    out: Path | None = typer.Option(None, metavar="OUT", help="Output folder; default: DIR/check-SIMULATOR."),
+    everything: bool = typer.Option(False, "--all", hidden=True),
+    former: list[str] | None = typer.Option(None, "--simulators", "--random", "--seed", "--scheduler", hidden=True),
 ) -> int:
     """Simulate a learned fold again in another simulator, and report whether the fold succeeds there too.
 

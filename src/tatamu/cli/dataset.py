@@ -8,7 +8,6 @@ import threading
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -17,13 +16,13 @@ from tatamu.cli.options import MAX_AT_A_TIME, SchedulerOption
 
 
 def dataset(
-    specification: Annotated[
-        Path, typer.Argument(metavar="SPEC.toml", help="File that describes the folds and the recording.")
-    ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the dataset.")],
-    workers: Annotated[
-        int | None, typer.Option(help="Processes that record on this machine; default: one for each processor.")
-    ] = None,
+    specification: Path = typer.Argument(
+        ..., metavar="SPEC.toml", help="File that describes the folds and the recording."
+    ),
+    out: Path = typer.Option(..., metavar="DIR", help="Folder of the dataset."),
+    workers: int | None = typer.Option(
+        None, help="Processes that record on this machine; default: one for each processor."
+    ),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Record folds as demonstrations for robot policies, in LeRobotDataset v3.0 and Zarr, with the score of each fold.
@@ -64,8 +63,8 @@ def dataset(
 
 
 def replay(
-    folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
-    episode: Annotated[int, typer.Argument(metavar="EPISODE", help="Number of the episode, from 0.")],
+    folder: Path = typer.Argument(..., metavar="DATASET", help="Folder of a dataset."),
+    episode: int = typer.Argument(..., metavar="EPISODE", help="Number of the episode, from 0."),
 ) -> None:
     """Run the actions of an episode in the simulator again, and print how much the result differs.
 

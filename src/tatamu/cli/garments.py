@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import write_bytes, write_text
 from tatamu.base.size import parse_size
 
 if TYPE_CHECKING:
@@ -59,18 +60,15 @@ def garments() -> None:
 
 def plans(
     garment: GarmentArgument,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="PATH",
-            help="A page (.html) or a picture (.png) of all plans, a file of the best plan (.toml), or a folder for "
-            "all of these.",
-        ),
-    ] = None,
-    fold: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME|FILE.toml", help="Only this plan; may be given several times. auto: the best."),
-    ] = None,
+    out: Path | None = typer.Option(
+        None,
+        metavar="PATH",
+        help="A page (.html) or a picture (.png) of all plans, a file of the best plan (.toml), or a folder for "
+        "all of these.",
+    ),
+    fold: list[str] | None = typer.Option(
+        None, metavar="NAME|FILE.toml", help="Only this plan; may be given several times. auto: the best."
+    ),
     size: SizeOption = None,
     material: MaterialOption = None,
     spacing: SpacingOption = None,
@@ -116,7 +114,6 @@ def plans(
 
 def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
     """Write the page, the picture or the plan file that `--out` names, or a folder with all of them."""
-    from tatamu.base.files import write_bytes, write_text
     from tatamu.report.candidates import page, picture
 
     whole = not out.suffix
@@ -136,23 +133,20 @@ def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
 
 def show(
     garment: GarmentArgument,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="PATH", help="A page (.html), a picture (.png) or a folder for both; default: NAME.html."),
-    ] = None,
+    out: Path | None = typer.Option(
+        None, metavar="PATH", help="A page (.html), a picture (.png) or a folder for both; default: NAME.html."
+    ),
     size: SizeOption = None,
     scale: ScaleOption = None,
     material: MaterialOption = None,
     spacing: SpacingOption = None,
-    fold: Annotated[
-        str | None,
-        typer.Option(
-            "--fold",
-            "--plan",
-            metavar="NAME|FILE.toml",
-            help="Also draw a fold plan: its fold lines, the moving sides, and the grasp candidates.",
-        ),
-    ] = None,
+    fold: str | None = typer.Option(
+        None,
+        "--fold",
+        "--plan",
+        metavar="NAME|FILE.toml",
+        help="Also draw a fold plan: its fold lines, the moving sides, and the grasp candidates.",
+    ),
 ) -> None:
     """Draw a flat garment with its seams, its openings and the names of its edges.
 
@@ -163,7 +157,6 @@ def show(
 
     `tatamu show shirt.svg --out pictures`
     """
-    from tatamu.base.files import write_bytes, write_text
     from tatamu.report.garment import diagram, facts, page
 
     made = _made(garment, size, material, spacing, scale)

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -47,14 +47,12 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
 @options_from(TaskRequest, argument="garment", defaults=_after)
 def learn(
     options: TaskRequest,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the study; an unfinished one is resumed.")],
-    after: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="RUN",
-            help="Start from a measured fold and its disturbances, with 20 trials; repeatable for folds of one set-up.",
-        ),
-    ] = None,
+    out: Path = typer.Option(..., metavar="DIR", help="Folder of the study; an unfinished one is resumed."),
+    after: list[Path] | None = typer.Option(
+        None,
+        metavar="RUN",
+        help="Start from a measured fold and its disturbances, with 20 trials; repeatable for folds of one set-up.",
+    ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
 ) -> None:

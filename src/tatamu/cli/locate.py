@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -17,40 +17,34 @@ if TYPE_CHECKING:
 
 
 def locate(
-    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo of the whole cloth, with the board beside it.")],
+    photo: Path = typer.Argument(..., metavar="PHOTO", help="Photo of the whole cloth, with the board beside it."),
     board: BoardOption = None,
     sheet: SheetOption = None,
-    run: Annotated[
-        Path | None, typer.Option(metavar="RUN", help="A learned fold; the cloth is compared with its garment.")
-    ] = None,
-    garment: Annotated[
-        str, typer.Option(help="Garment if no RUN is given: towel, tshirt, trousers or a garment file.")
-    ] = "towel",
-    size: Annotated[
-        str | None, typer.Option(metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison.")
-    ] = None,
-    board_pose: Annotated[
-        str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad].")
-    ] = None,
-    touch: Annotated[
-        str | None,
-        typer.Option(
-            metavar="'X,Y X,Y X,Y'",
-            help="Places of the board's marks A, B and C, touched by the robot, in its base frame [m]; x,y or x,y,z.",
-        ),
-    ] = None,
+    run: Path | None = typer.Option(
+        None, metavar="RUN", help="A learned fold; the cloth is compared with its garment."
+    ),
+    garment: str = typer.Option("towel", help="Garment if no RUN is given: towel, tshirt, trousers or a garment file."),
+    size: str | None = typer.Option(
+        None, metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison."
+    ),
+    board_pose: str | None = typer.Option(
+        None, metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad]."
+    ),
+    touch: str | None = typer.Option(
+        None,
+        metavar="'X,Y X,Y X,Y'",
+        help="Places of the board's marks A, B and C, touched by the robot, in its base frame [m]; x,y or x,y,z.",
+    ),
     lens: LensOption = None,
     corner: CornerOption = None,
-    join: Annotated[bool, typer.Option("--join", help="All regions that stand out belong to the cloth.")] = False,
-    picture: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Picture of the findings on top of the photo, .png or .jpg.")
-    ] = None,
-    from_above: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Picture of the table from straight above, .png or .jpg.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="LOCATED.json", help="File for pose, size, corners and outline.")
-    ] = None,
+    join: bool = typer.Option(False, "--join", help="All regions that stand out belong to the cloth."),
+    picture: Path | None = typer.Option(
+        None, metavar="PICTURE", help="Picture of the findings on top of the photo, .png or .jpg."
+    ),
+    from_above: Path | None = typer.Option(
+        None, metavar="PICTURE", help="Picture of the table from straight above, .png or .jpg."
+    ),
+    out: Path | None = typer.Option(None, metavar="LOCATED.json", help="File for pose, size, corners and outline."),
 ) -> None:
     """Find the pose, size and outline of a garment on the table from a photo.
 

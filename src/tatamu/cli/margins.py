@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
@@ -19,26 +19,20 @@ if TYPE_CHECKING:
 
 
 def margins(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold, or of a plan.")],
-    disturbances: Annotated[
-        str | None,
-        typer.Option(
-            metavar="default|FILE.toml",
-            help="Uncertainties of hands, cloth and table; default: those of the study, otherwise `default`.",
-        ),
-    ] = None,
-    draws: Annotated[int, typer.Option(help="Number of draws of all disturbances at once.")] = 200,
-    seed: Annotated[int, typer.Option(help="Seed of the draws.")] = 0,
-    simulator: Annotated[
-        str | None, typer.Option(help="native, blender or mujoco; default: the simulator of the study.")
-    ] = None,
-    distance: Annotated[
-        float, typer.Option(help="Maximum mean vertex distance in metres; the fold fails above.")
-    ] = 0.0125,
-    iou: Annotated[float, typer.Option(help="Minimum overlap of the views from above; the fold fails below.")] = 0.80,
-    out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR.")
-    ] = None,
+    folder: Path = typer.Argument(..., metavar="DIR", help="The folder of a learned fold, or of a plan."),
+    disturbances: str | None = typer.Option(
+        None,
+        metavar="default|FILE.toml",
+        help="Uncertainties of hands, cloth and table; default: those of the study, otherwise `default`.",
+    ),
+    draws: int = typer.Option(200, help="Number of draws of all disturbances at once."),
+    seed: int = typer.Option(0, help="Seed of the draws."),
+    simulator: str | None = typer.Option(None, help="native, blender or mujoco; default: the simulator of the study."),
+    distance: float = typer.Option(0.0125, help="Maximum mean vertex distance in metres; the fold fails above."),
+    iou: float = typer.Option(0.80, help="Minimum overlap of the views from above; the fold fails below."),
+    out: Path | None = typer.Option(
+        None, metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR."
+    ),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Measure how large errors of hands, grasps, cloth and table may be before a learned fold fails.

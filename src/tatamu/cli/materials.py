@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -14,10 +14,9 @@ if TYPE_CHECKING:
 
 
 def materials(
-    name: Annotated[
-        str | None,
-        typer.Argument(metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."),
-    ] = None,
+    name: str | None = typer.Argument(
+        None, metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."
+    ),
 ) -> None:
     """List the materials ("presets") that come with tatamu, with their sources and ranges.
 
@@ -75,11 +74,10 @@ def _lines(presets: list[Preset]) -> Iterator[str]:
 def described(preset: Preset) -> str:
     """Return all fields of a preset (a material that comes with tatamu) as text, one field per line."""
     from tatamu.show.material import filed_units
-    from tatamu.simulation.material import UNSAID
 
     lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]
     for name, unit in filed_units().items():
-        if name in UNSAID and name not in preset.material.model_fields_set:
+        if name in preset.material.UNSAID and name not in preset.material.model_fields_set:
             continue
         low, high = preset.spread.get(name, (None, None))
         span = "" if low is None else f", {low:g} to {high:g}"

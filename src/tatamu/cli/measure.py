@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -11,19 +10,16 @@ from tatamu.base.errors import InputError
 
 
 def measure(
-    template: Annotated[
-        str | None, typer.Option(metavar="GARMENT", help="Write a file to fill in: towel, tshirt, trousers, ...")
-    ] = None,
-    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="File of the template.")] = Path("measurements.toml"),
-    drape: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Read a photo of a disc over a plate, from above.")
-    ] = None,
-    disc: Annotated[float | None, typer.Option(help="With --drape: diameter of the cloth in metres.")] = None,
-    plate: Annotated[float | None, typer.Option(help="With --drape: diameter of the plate in metres.")] = None,
-    ruler: Annotated[
-        str | None,
-        typer.Option(metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels, and the metres between them."),
-    ] = None,
+    template: str | None = typer.Option(
+        None, metavar="GARMENT", help="Write a file to fill in: towel, tshirt, trousers, ..."
+    ),
+    out: Path = typer.Option(Path("measurements.toml"), metavar="FILE.toml", help="File of the template."),
+    drape: Path | None = typer.Option(None, metavar="PHOTO", help="Read a photo of a disc over a plate, from above."),
+    disc: float | None = typer.Option(None, help="With --drape: diameter of the cloth in metres."),
+    plate: float | None = typer.Option(None, help="With --drape: diameter of the plate in metres."),
+    ruler: str | None = typer.Option(
+        None, metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels, and the metres between them."
+    ),
 ) -> None:
     """Print how to measure a garment, write a file for the readings, or read a photo of a drape.
 

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import check_targets, write_text
+from tatamu.cli.locate import parse_corners
 from tatamu.cli.options import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
 
@@ -27,46 +29,36 @@ RunArgument = Annotated[
 
 def observe(
     folder: RunArgument,
-    left: Annotated[
-        str | None,
-        typer.Option(
-            metavar="A,B",
-            help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
-        ),
-    ] = None,
-    right: Annotated[
-        str | None, typer.Option(metavar="A,B", help="The same for the right corner of the moved hem [mm].")
-    ] = None,
-    slip: Annotated[str | None, typer.Option(metavar="A,B", help="Distance that the lower hem has moved [mm].")] = None,
-    deviation: Annotated[
-        float | None, typer.Option(help="Standard deviation of your numbers, in millimetres; default: 1.5.")
-    ] = None,
-    turned_in: Annotated[
-        str | None, typer.Option(metavar="left|right|both", help="Corners that lie turned in, which need no numbers.")
-    ] = None,
-    failed: Annotated[bool, typer.Option("--failed", help="The fold failed so that nothing can be measured.")] = False,
-    form: Annotated[
-        Path | None, typer.Option("--from", metavar="FILE.toml", help="Read the numbers from a form.")
-    ] = None,
-    photo: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Read the numbers from a photo after the fold.")
-    ] = None,
+    left: str | None = typer.Option(
+        None,
+        metavar="A,B",
+        help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
+    ),
+    right: str | None = typer.Option(None, metavar="A,B", help="The same for the right corner of the moved hem [mm]."),
+    slip: str | None = typer.Option(None, metavar="A,B", help="Distance that the lower hem has moved [mm]."),
+    deviation: float | None = typer.Option(
+        None, help="Standard deviation of your numbers, in millimetres; default: 1.5."
+    ),
+    turned_in: str | None = typer.Option(
+        None, metavar="left|right|both", help="Corners that lie turned in, which need no numbers."
+    ),
+    failed: bool = typer.Option(False, "--failed", help="The fold failed so that nothing can be measured."),
+    form: Path | None = typer.Option(None, "--from", metavar="FILE.toml", help="Read the numbers from a form."),
+    photo: Path | None = typer.Option(None, metavar="PHOTO", help="Read the numbers from a photo after the fold."),
     board: BoardOption = None,
     sheet: SheetOption = None,
-    before: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Photo before the fold, with the board in the same place.")
-    ] = None,
-    frame: Annotated[
-        str | None, typer.Option(metavar="X,Y,YAW", help="Pose of the fold's frame on the board [m, m, rad].")
-    ] = None,
+    before: Path | None = typer.Option(
+        None, metavar="PHOTO", help="Photo before the fold, with the board in the same place."
+    ),
+    frame: str | None = typer.Option(
+        None, metavar="X,Y,YAW", help="Pose of the fold's frame on the board [m, m, rad]."
+    ),
     lens: LensOption = None,
     corner: CornerOption = None,
-    picture: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg.")
-    ] = None,
-    template: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="Only write an empty form to fill in.")
-    ] = None,
+    picture: Path | None = typer.Option(
+        None, metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg."
+    ),
+    template: Path | None = typer.Option(None, metavar="FILE.toml", help="Only write an empty form to fill in."),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
@@ -93,7 +85,6 @@ def observe(
     from tatamu.after.feedback import FORM, FeedbackFolder, read_template, ruler, size_of
     from tatamu.after.feedback.texts import correction_lines, posterior_lines
     from tatamu.api import observe as observe_fold
-    from tatamu.base.files import write_text
     from tatamu.study.result import Result
 
     given = {"left": left, "right": right, "slip": slip}
@@ -121,9 +112,31 @@ def observe(
     if form is not None:
         measured = read_template(form, size)
     elif photo is not None:
-        measured, reading = _from_photo(
-            learned, photo, board, sheet, before, frame, lens, corner or [], picture, failed, _sides(turned_in)
+        from tatamu.after.feedback.photo import read_photo
+        from tatamu.cameras import pictures as look
+        from tatamu.cameras.pose import parse_pose
+
+        sides = _sides(turned_in)
+        scale = scale_of(board, sheet)
+        if picture is not None:
+            look.check_picture(picture, "picture")
+            check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
+        measured, reading = read_photo(
+            learned,
+            photo,
+            scale,
+            before=before,
+            frame=None if frame is None else parse_pose(frame, "frame"),
+            lens=lens,
+            corners=parse_corners(corner or []),
+            failed=failed,
+            turned_in=sides,
         )
+        for number in measured.measured:
+            print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
+        if picture is not None:
+            look.write_picture(look.draw_reading(reading), picture)
+            print(f"look at: {picture}, the corners and their targets on top of the photo")
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
         sides = _sides(turned_in)
@@ -138,54 +151,11 @@ def observe(
         print(f"next: tatamu correct {files.path}")
 
 
-def _from_photo(
-    learned: Result,
-    photo: Path,
-    board: Path | None,
-    sheet: str | None,
-    before: Path | None,
-    frame: str | None,
-    lens: Path | None,
-    corner: list[str],
-    picture: Path | None,
-    failed: bool,
-    turned_in: list[str],
-) -> tuple[MeasuredFold, FoldReading]:
-    """Read where a real fold ended from a photograph, and draw what was found if a picture is wanted."""
-    from tatamu.after.feedback.photo import read_photo
-    from tatamu.base.files import check_targets
-    from tatamu.cameras import pictures as look
-    from tatamu.cameras.pose import parse_pose
-    from tatamu.cli.locate import parse_corners
-
-    scale = scale_of(board, sheet)
-    if picture is not None:
-        look.check_picture(picture, "picture")
-        check_targets([picture], [path for path in (photo, before, board, lens) if path is not None])
-    measured, reading = read_photo(
-        learned,
-        photo,
-        scale,
-        before=before,
-        frame=None if frame is None else parse_pose(frame, "frame"),
-        lens=lens,
-        corners=parse_corners(corner),
-        failed=failed,
-        turned_in=turned_in,
-    )
-    for number in measured.measured:
-        print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
-    if picture is not None:
-        look.write_picture(look.draw_reading(reading), picture)
-        print(f"look at: {picture}, the corners and their targets on top of the photo")
-    return measured, reading
-
-
 def correct(
     folder: RunArgument,
-    out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Folder of the corrected fold; default: RUN/corrected-N.")
-    ] = None,
+    out: Path | None = typer.Option(
+        None, metavar="OUT", help="Folder of the corrected fold; default: RUN/corrected-N."
+    ),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Correct the next fold: shift grasps, releases and heights against the inferred errors.

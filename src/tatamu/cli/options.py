@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import typer
 from pydantic.fields import FieldInfo
+from typer.models import OptionInfo
 
 from tatamu.base.errors import InputError
 from tatamu.study.options import Options
@@ -64,8 +65,8 @@ def options_from(
 
     def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
         own = list(inspect.signature(command, eval_str=True).parameters.values())[1:]
-        required = [each for each in own if each.default is inspect.Parameter.empty]
-        optional = [each for each in own if each.default is not inspect.Parameter.empty]
+        required = [each for each in own if isinstance(each.default, OptionInfo) and each.default.default is ...]
+        optional = [each for each in own if each not in required]
         made = {name: _parameter(name, field, name == argument) for name, field in record.model_fields.items()}
         context = inspect.Parameter(CONTEXT, inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
 

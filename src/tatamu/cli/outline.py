@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -11,33 +10,26 @@ from tatamu.base.errors import InputError
 
 
 def outline(
-    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photo from above: hem down, table on all sides.")],
-    out: Annotated[Path, typer.Option(metavar="OUTLINE.svg", help="File of the outline.")],
-    width: Annotated[float | None, typer.Option(help="Maximum width of the garment, in metres.")] = None,
-    ruler: Annotated[
-        str | None, typer.Option(metavar="'X,Y X,Y LENGTH'", help="Two pixels, and their distance in metres.")
-    ] = None,
-    sheet: Annotated[
-        str | None,
-        typer.Option(
-            metavar="'X,Y X,Y X,Y X,Y WxH'",
-            help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and its "
-            "size in metres; removes the perspective.",
-        ),
-    ] = None,
-    garment: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="tshirt: find its hem, sleeves and neck as well, and write a garment file of two layers.",
-        ),
-    ] = None,
-    join: Annotated[
-        bool,
-        typer.Option(
-            "--join", help="Count all regions that stand out as the garment, for a garment in several colours."
-        ),
-    ] = False,
+    photo: Path = typer.Argument(..., metavar="PHOTO", help="Photo from above: hem down, table on all sides."),
+    out: Path = typer.Option(..., metavar="OUTLINE.svg", help="File of the outline."),
+    width: float | None = typer.Option(None, help="Maximum width of the garment, in metres."),
+    ruler: str | None = typer.Option(
+        None, metavar="'X,Y X,Y LENGTH'", help="Two pixels, and their distance in metres."
+    ),
+    sheet: str | None = typer.Option(
+        None,
+        metavar="'X,Y X,Y X,Y X,Y WxH'",
+        help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and its "
+        "size in metres; removes the perspective.",
+    ),
+    garment: str | None = typer.Option(
+        None,
+        metavar="NAME",
+        help="tshirt: find its hem, sleeves and neck as well, and write a garment file of two layers.",
+    ),
+    join: bool = typer.Option(
+        False, "--join", help="Count all regions that stand out as the garment, for a garment in several colours."
+    ),
 ) -> None:
     """Find the outline of a garment in a photo, and draw the outline on the photo for you to check.
 

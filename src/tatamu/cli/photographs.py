@@ -26,12 +26,11 @@ CornerOption = Annotated[
 
 
 def board(
-    out: Annotated[Path, typer.Option(metavar="BOARD.pdf", help="File to print; BOARD.toml is written beside it.")],
-    paper: Annotated[str, typer.Option(help="a4 or letter.")] = "a4",
-    pages: Annotated[
-        int,
-        typer.Option(help="Pages, 1 to 8. A second page on the other side of the cloth makes up for an unknown lens."),
-    ] = 1,
+    out: Path = typer.Option(..., metavar="BOARD.pdf", help="File to print; BOARD.toml is written beside it."),
+    paper: str = typer.Option("a4", help="a4 or letter."),
+    pages: int = typer.Option(
+        1, help="Pages, 1 to 8. A second page on the other side of the cloth makes up for an unknown lens."
+    ),
 ) -> None:
     """Make a board to print. The board lies next to the cloth in photographs, and gives their scale.
 
@@ -61,9 +60,9 @@ def board(
 
 
 def lens(
-    photos: Annotated[list[Path], typer.Argument(metavar="PHOTO..", help="Photos of the board, 4 to 40.")],
-    board: Annotated[Path, typer.Option(metavar="BOARD.toml", help="The board.")],
-    out: Annotated[Path, typer.Option(metavar="LENS.toml", help="File of the lens.")],
+    photos: list[Path] = typer.Argument(..., metavar="PHOTO..", help="Photos of the board, 4 to 40."),
+    board: Path = typer.Option(..., metavar="BOARD.toml", help="The board."),
+    out: Path = typer.Option(..., metavar="LENS.toml", help="File of the lens."),
 ) -> None:
     """Find the focal length and distortion of a camera from photos of the board.
 

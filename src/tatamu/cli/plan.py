@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -15,50 +15,38 @@ if TYPE_CHECKING:
 
 
 def plan(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold.")],
-    out: Annotated[Path, typer.Option(metavar="PLAN", help="Folder of the plan.")],
-    robot: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME|FILE.toml,..",
-            help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, so101-pair, aloha2, openarm, or a "
-            ".toml that describes a robot; default: the robot for which the fold was learned, otherwise hironx. With "
-            "several robots, separated by commas, the command says which can do the fold, and writes PLAN/ROBOT.",
-        ),
-    ] = None,
-    table_height: Annotated[
-        float | None,
-        typer.Option(help="Height of the table top in the robot's base frame [m]; default: found by search."),
-    ] = None,
-    place: Annotated[
-        str, typer.Option(metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad].")
-    ] = "auto",
-    speed_scale: Annotated[
-        float, typer.Option(min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits.")
-    ] = 1.0,
-    hover: Annotated[
-        float,
-        typer.Option(
-            metavar="METRES",
-            help="Height above the table at which the hands only rehearse the motion, with open jaws [m].",
-        ),
-    ] = 0.0,
-    lerobot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Also write the motion as a LeRobotDataset of one episode, for lerobot-replay."
-        ),
-    ] = None,
-    wrist_offset: Annotated[
-        float | None,
-        typer.Option(help="HIRONX, NEXTAGE: distance from J4 to J5 along x [m]; default -0.047; -0.040 on old HIRONX."),
-    ] = None,
-    fingertip: Annotated[
-        float | None,
-        typer.Option(
-            help="HIRONX, NEXTAGE: distance from the last joint to the fingertip [m]; default 0.093, NEXTAGE 0.19."
-        ),
-    ] = None,
+    folder: Path = typer.Argument(..., metavar="DIR", help="The folder of a learned fold."),
+    out: Path = typer.Option(..., metavar="PLAN", help="Folder of the plan."),
+    robot: str | None = typer.Option(
+        None,
+        metavar="NAME|FILE.toml,..",
+        help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, so101-pair, aloha2, openarm, or a "
+        ".toml that describes a robot; default: the robot for which the fold was learned, otherwise hironx. With "
+        "several robots, separated by commas, the command says which can do the fold, and writes PLAN/ROBOT.",
+    ),
+    table_height: float | None = typer.Option(
+        None, help="Height of the table top in the robot's base frame [m]; default: found by search."
+    ),
+    place: str = typer.Option(
+        "auto", metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad]."
+    ),
+    speed_scale: float = typer.Option(
+        1.0, min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits."
+    ),
+    hover: float = typer.Option(
+        0.0,
+        metavar="METRES",
+        help="Height above the table at which the hands only rehearse the motion, with open jaws [m].",
+    ),
+    lerobot: Path | None = typer.Option(
+        None, metavar="DIR", help="Also write the motion as a LeRobotDataset of one episode, for lerobot-replay."
+    ),
+    wrist_offset: float | None = typer.Option(
+        None, help="HIRONX, NEXTAGE: distance from J4 to J5 along x [m]; default -0.047; -0.040 on old HIRONX."
+    ),
+    fingertip: float | None = typer.Option(
+        None, help="HIRONX, NEXTAGE: distance from the last joint to the fingertip [m]; default 0.093, NEXTAGE 0.19."
+    ),
 ) -> None:
     """Plan the motion of a dual-arm robot for a learned fold, check the plan, and write it for ROS.
 

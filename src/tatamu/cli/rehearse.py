@@ -5,23 +5,19 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 
 def rehearse(
-    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="The folder of a plan.")],
-    simulator: Annotated[
-        str, typer.Option(help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth.")
-    ] = "mujoco",
-    halvings: Annotated[
-        int | None,
-        typer.Option(
-            min=0, max=3, help="Number of times that the mesh's edges are halved; default: as the simulator needs."
-        ),
-    ] = None,
-    film: Annotated[bool, typer.Option(help="Also write an animated GIF.")] = True,
+    plan: Path = typer.Argument(..., metavar="PLAN", help="The folder of a plan."),
+    simulator: str = typer.Option(
+        "mujoco", help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth."
+    ),
+    halvings: int | None = typer.Option(
+        None, min=0, max=3, help="Number of times that the mesh's edges are halved; default: as the simulator needs."
+    ),
+    film: bool = typer.Option(True, help="Also write an animated GIF."),
 ) -> None:
     """Simulate a robot that executes a plan in MuJoCo, and the cloth that its hands fold.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
@@ -11,9 +10,9 @@ from tatamu.base.errors import InputError
 
 
 def simulate(
-    scene: Annotated[Path, typer.Argument(metavar="SCENE.json", help="The scene file.")],
-    out: Annotated[Path, typer.Option(metavar="ROLLOUT.npz", help="File of the rollout.")],
-    simulator: Annotated[str, typer.Option(help="native, blender or mujoco.")] = "native",
+    scene: Path = typer.Argument(..., metavar="SCENE.json", help="The scene file."),
+    out: Path = typer.Option(..., metavar="ROLLOUT.npz", help="File of the rollout."),
+    simulator: str = typer.Option("native", help="native, blender or mujoco."),
 ) -> None:
     """Simulate a scene file, and write the motion of the cloth to a rollout file.
 
@@ -37,7 +36,7 @@ def simulate(
         print(f"warning: {warning}")
 
 
-def install(what: Annotated[str, typer.Argument(metavar="WHAT", help="What to install: blender.")]) -> None:
+def install(what: str = typer.Argument(..., metavar="WHAT", help="What to install: blender.")) -> None:
     """Install Blender (about 1 GB) in a folder where tatamu finds it, for the option `--simulator blender`.
 
     Example: `tatamu install blender`

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
@@ -24,14 +24,13 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="File of the tasks, a grid or a list.")],
-    out: Annotated[
-        Path,
-        typer.Option(metavar="DIR", help="Folder of the sweep: a result folder for each task, and their comparison."),
-    ],
-    at_a_time: Annotated[
-        int | None, typer.Option(help="Tasks at a time; default: 1, or enough to keep the workers of --scheduler busy.")
-    ] = None,
+    file: Path = typer.Argument(..., metavar="SWEEP.toml", help="File of the tasks, a grid or a list."),
+    out: Path = typer.Option(
+        ..., metavar="DIR", help="Folder of the sweep: a result folder for each task, and their comparison."
+    ),
+    at_a_time: int | None = typer.Option(
+        None, help="Tasks at a time; default: 1, or enough to keep the workers of --scheduler busy."
+    ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
 ) -> int:

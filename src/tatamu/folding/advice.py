@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from tatamu.base.errors import InputError
-from tatamu.folding.coverage import Part, uncarried
-from tatamu.folding.grasps import candidates
-from tatamu.folding.hold import other_grasp
-from tatamu.folding.plan import Plan
+from tatamu.folding.coverage import Part
+from tatamu.folding.hold import covered, other_grasp
+from tatamu.folding.layout import Layout
+from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import known_plans, make_plan
-from tatamu.folding.proposals import AUTO_PLAN, Proposal, laid, propose
+from tatamu.folding.proposals import AUTO_PLAN, Proposal, propose
 from tatamu.garments import Garment
 
 
@@ -20,14 +20,20 @@ class UncarriedWarning(UserWarning):
 
 def left_behind(garment: Garment, plan: Plan, hands: int | None = None) -> list[tuple[int, Part]]:
     """Return the parts of the cloth that a fold moves but no hand carries, each with the index of its step."""
+    return [
+        (number, part)
+        for number, step, layout in _layouts(garment, plan)
+        for part in covered(layout, step.grasp, hands or step.hands)
+    ]
+
+
+def _layouts(garment: Garment, plan: Plan) -> Iterator[tuple[int, Step, Layout]]:
+    """Yield the index of each step, the step, and the garment before it, with all earlier folds laid flat."""
     state = garment.vertices
-    found: list[tuple[int, Part]] = []
     for number, step in enumerate(plan.steps):
-        line, count = plan.line(step, garment), hands or step.hands
-        chosen = candidates(garment, state, line, step, count)[:count]
-        found += [(number, part) for part in uncarried(garment, state, line, chosen)]
-        state = laid(garment, state, line)
-    return found
+        layout = Layout(garment, state, plan.line(step, garment))
+        yield number, step, layout
+        state = layout.laid()
 
 
 def advice(garment: Garment, plan: Plan, hands: int | None = None) -> list[str]:
@@ -47,16 +53,13 @@ def _step(plan: Plan, number: int) -> str:
 def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> list[str]:
     lines = []
     wrong = {number for number, _ in found}
-    state = garment.vertices
-    for number, step in enumerate(plan.steps):
-        line = plan.line(step, garment)
-        other = other_grasp(garment, state, line) if number in wrong else None
+    for number, _, layout in _layouts(garment, plan):
+        other = other_grasp(layout) if number in wrong else None
         if other:
             shown = ", ".join(f'"{name}"' for name in other)
             lines.append(
                 f"{_step(plan, number)}grasp = [{shown}] in a plan file carries this part (docs/reference/fold-plan.md)"
             )
-        state = laid(garment, state, line)
     try:
         best = choices(garment)[0]
     except InputError:

@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 
 from tatamu.folding import layers
 from tatamu.folding.grasps import links_within
-from tatamu.folding.ideal import FoldLine
+from tatamu.folding.layout import Layout
 from tatamu.garments import Garment
 from tatamu.simulation.mesh.topology import Topology, areas, lumped
 
@@ -70,7 +70,6 @@ class Part:
 class Coverage:
     """The cloth that hands carry with given grasps."""
 
-    grasps: tuple[int, ...]
     overhang: np.ndarray
     """Overhang of each vertex [m], shape (n,): 0 if held or still, infinite if no cloth joins it to held cloth."""
     limit: np.ndarray
@@ -84,15 +83,16 @@ class Coverage:
         return self.missed & (self.overhang > self.limit)
 
 
-def uncarried(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> tuple[Part, ...]:
+def uncarried(layout: Layout, hands: tuple[np.ndarray, ...]) -> tuple[Part, ...]:
     """Return the connected parts of the cloth that a fold moves but that no hand carries, largest first.
 
     Each of `hands` has the vertices that it may grasp, from the garment's corner inwards. Tiny parts do not count.
     """
-    hold = best_coverage(garment, state, line, hands)
+    garment, state = layout.garment, layout.state
+    hold = best_coverage(layout, hands)
     missed = np.flatnonzero(hold.missed)
     weight = vertex_areas(garment)
-    least = 0.01 * float(weight[line.split(state)[0] < 0].sum())  # smaller parts are not reported
+    least = 0.01 * float(weight[layout.split()[0] < 0].sum())  # smaller parts are not reported
     edges = np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])
     links = links_within(edges, missed, len(state))
     graph = csr_array((np.ones(len(links)), links.T), shape=(len(missed), len(missed)))
@@ -108,9 +108,9 @@ def uncarried(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[
     return tuple(sorted(parts, key=lambda part: (-round(part.area, 6), part.name)))
 
 
-def best_coverage(garment: Garment, state: np.ndarray, line: FoldLine, hands: tuple[np.ndarray, ...]) -> Coverage:
+def best_coverage(layout: Layout, hands: tuple[np.ndarray, ...]) -> Coverage:
     """Return the cloth that is carried with the pair of grasps that leaves the least behind."""
-    cloth = _Cloth.of(garment, state, line)
+    cloth = _Cloth.of(layout)
     count = min(len(hand) for hand in hands)
     tried = np.unique(np.linspace(0, count - 1, 3).round().astype(int))
     holds = [cloth.hold(tuple(int(hand[k]) for hand in hands)) for k in tried]
@@ -127,7 +127,6 @@ def vertex_areas(garment: Garment) -> np.ndarray:
 class _Cloth:
     """The moving side as a graph: the edges of the mesh, and a link of length 0 up to every vertex on top."""
 
-    line: FoldLine
     places: np.ndarray
     """Distance of each vertex from the fold line, and its coordinate along the line [m], shape (n, 2)."""
     moving: np.ndarray
@@ -144,8 +143,8 @@ class _Cloth:
     """Results of `_straight` for each piece, computed at their first use."""
 
     @classmethod
-    def of(cls, garment: Garment, state: np.ndarray, line: FoldLine) -> _Cloth:
-        across, along = line.split(state)
+    def of(cls, layout: Layout) -> _Cloth:
+        garment, state, (across, along) = layout.garment, layout.state, layout.split()
         moving = across < 0
         count = len(state)
         edges = Topology(garment.faces).edges
@@ -160,7 +159,7 @@ class _Cloth:
         pieces = np.where(moving, connected_components(mesh, directed=False)[1], -1)
         places = np.column_stack([across, along])
         triangles = garment.faces[moving[garment.faces].any(axis=1)]
-        return cls(line, places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
+        return cls(places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)
 
     def hold(self, grasps: tuple[int, ...]) -> Coverage:
         overhang = np.full(len(self.places), np.inf)
@@ -176,7 +175,7 @@ class _Cloth:
         missed = self.moving & (overhang > ROOT) & (-2.0 * self.places[:, 0] > OFF)
         farthest = float(self.places[list(grasps), 0].min())  # of the hands
         beyond = self.places[:, 0] < farthest - 0.5 * self.spacing
-        return Coverage(grasps, overhang, np.where(beyond, MAX_TAIL, MAX_OVERHANG), missed)
+        return Coverage(overhang, np.where(beyond, MAX_TAIL, MAX_OVERHANG), missed)
 
     def _pinched(self, grasps: tuple[int, ...]) -> dict[int, list[int]]:
         """Return the grasps that hold each piece, by its index. Fingers hold all pieces that lie on each other."""

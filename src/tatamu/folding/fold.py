@@ -11,7 +11,8 @@ from tatamu.base.errors import InputError
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import PAD, Fingers
 from tatamu.folding.grasps import candidates, links_within, outermost
-from tatamu.folding.ideal import FoldLine, Stack, crease_of, ideal_fold, stack
+from tatamu.folding.ideal import Stack, crease_of, ideal_fold, stack
+from tatamu.folding.layout import FoldLine, Layout
 from tatamu.folding.plan import Plan, Step
 from tatamu.folding.plans import make_plan
 from tatamu.folding.press import Press
@@ -157,8 +158,8 @@ def fold_of(
         InputError: If the garment cannot be folded by this step.
     """
     state = garment.vertices if state is None else state
-    line = plan.line(step, garment)
-    across, _ = line.split(state)
+    layout = Layout(garment, state, plan.line(step, garment))
+    across, _ = layout.split()
     if not (across.min() < 0 < across.max()):
         raise InputError(f"line: the fold line of step {step.title or step.line} does not cross the garment")
     width = crease_of(garment, garment.material.thickness).arc[-1]
@@ -168,11 +169,22 @@ def fold_of(
             f"{-across.min():.3f} m; give a larger garment or a limper material"
         )
     hands = hands or step.hands
-    left, right = candidates(garment, state, line, step, hands)
-    points = plan.points(step, garment)
-    stacks = stack(garment, state, line)
-    target = ideal_fold(garment, state, line, stacks)
-    made = Fold(garment, state, points, line, stacks, target, left, right, hands, step.area_ratio, press=step.press)
+    left, right = candidates(layout, step.grasp, hands)
+    stacks = stack(layout)
+    target = ideal_fold(layout, stacks)
+    made = Fold(
+        garment,
+        state,
+        plan.points(step, garment),
+        layout.line,
+        stacks,
+        target,
+        left,
+        right,
+        hands,
+        step.area_ratio,
+        press=step.press,
+    )
     if step.press is not None:
         low, high = made.crease_ends
         step.press.gap_over(garment.material, made.folded_thickness, high - low)  # an early error if it is too low

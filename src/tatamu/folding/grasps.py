@@ -10,9 +10,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from tatamu.base.errors import InputError
-from tatamu.folding.ideal import FoldLine
-from tatamu.folding.plan import AUTO, Step
-from tatamu.garments import Garment
+from tatamu.folding.layout import Layout
+from tatamu.folding.plan import AUTO
 
 APART = 1.05
 """Distance between layers that fingers press together, in thicknesses of the cloth."""
@@ -20,27 +19,29 @@ MIN_DISTANCE = 0.5
 """Minimum distance between a grasp and the fold line, as a fraction of the grasped edge's maximum distance."""
 
 
-def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, hands: int) -> tuple[np.ndarray, ...]:
+def candidates(layout: Layout, grasp: tuple[str, ...], hands: int) -> tuple[np.ndarray, ...]:
     """Return the M vertices that the left and the right hand may grasp, shape (M,) each; equal ones for one hand.
+
+    `grasp` names the edge for both hands, or the edges of the left and of the right hand.
 
     Raises:
         InputError: If the named edge is not on the moving side, or the hands do not fit on it.
     """
-    edges = [_edge(garment, state, line, name) for name in step.grasp]
-    _, along = line.split(state)
+    edges = [_edge(layout, name) for name in grasp]
+    state, (_, along) = layout.state, layout.split()
     if hands == 1:
-        only = _ordered(state, line, edges[0], 1.0)
+        only = _ordered(layout, edges[0], 1.0)
         return only, only
     # at which hands neither cross nor touch, and two pinches do not share a vertex
-    clearance = max(0.06, 2.7 * garment.spacing)
+    clearance = max(0.06, 2.7 * layout.garment.spacing)
     if len(edges) == 1:
         middle = 0.5 * (along[edges[0]].min() + along[edges[0]].max())
         place = along[edges[0]] - middle
         edges = [edges[0][place >= clearance / 2], edges[0][place <= -clearance / 2]]
-    left, right = (_ordered(state, line, edge, side) for edge, side in zip(edges, (1.0, -1.0), strict=True))
+    left, right = (_ordered(layout, edge, side) for edge, side in zip(edges, (1.0, -1.0), strict=True))
     count = _apart(state[left], state[right], clearance)
     if not count:
-        names = [farthest_edge(garment, state, line) if name == AUTO else name for name in step.grasp]
+        names = [farthest_edge(layout) if name == AUTO else name for name in grasp]
         raise InputError(
             f"hands: two hands {clearance:g} m apart do not fit on {' and '.join(names)}; give hands = 1 in this step "
             "of a plan file, or --hands 1"
@@ -48,38 +49,38 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
     return left[:count], right[:count]
 
 
-def distances(garment: Garment, state: np.ndarray, line: FoldLine) -> dict[str, float]:
+def distances(layout: Layout) -> dict[str, float]:
     """Return the mean distance from the fold line of the part of each edge that hands can grasp [m], by its name."""
-    parts = {name: _moving(garment, state, line, name) for name in garment.edges}
-    return {name: float(-line.split(state[part])[0].mean()) for name, part in parts.items() if len(part)}
+    parts = {name: _moving(layout, name) for name in layout.garment.edges}
+    return {name: float(-layout.split(part)[0].mean()) for name, part in parts.items() if len(part)}
 
 
-def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
+def farthest_edge(layout: Layout) -> str:
     """Return the name of the edge on the moving side whose mean distance from the fold line is largest."""
-    far = distances(garment, state, line)
+    far = distances(layout)
     if not far:
         raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
     return max(far, key=lambda name: far[name])
 
 
-def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
+def _edge(layout: Layout, name: str) -> np.ndarray:
     if name == AUTO:
-        return _moving(garment, state, line, farthest_edge(garment, state, line))
-    if name not in garment.edges:
-        raise InputError(f"grasp: must be one of {', '.join(garment.edges)} or {AUTO}, given {name!r}")
-    moving = _moving(garment, state, line, name)
+        return _moving(layout, farthest_edge(layout))
+    if name not in layout.garment.edges:
+        raise InputError(f"grasp: must be one of {', '.join(layout.garment.edges)} or {AUTO}, given {name!r}")
+    moving = _moving(layout, name)
     if not len(moving):
         raise InputError(f"grasp: no part of the edge {name!r} lies on the moving side of the fold line")
     return moving
 
 
-def _moving(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.ndarray:
-    edge = np.unique(garment.edges[name])
-    away = -line.split(state[edge])[0]
+def _moving(layout: Layout, name: str) -> np.ndarray:
+    edge = np.unique(layout.garment.edges[name])
+    away = -layout.split(edge)[0]
     if not (away > 0).any():
         return edge[:0]
     edge = edge[away >= MIN_DISTANCE * away.max()]
-    return _uppermost(state, edge, 0.4 * garment.spacing)  # so near, vertices lie one above the other
+    return _uppermost(layout.state, edge, 0.4 * layout.garment.spacing)  # so near, vertices lie one above the other
 
 
 def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndarray:
@@ -91,9 +92,9 @@ def _uppermost(state: np.ndarray, vertices: np.ndarray, apart: float) -> np.ndar
     return np.sort(np.array(kept))
 
 
-def _ordered(state: np.ndarray, line: FoldLine, edge: np.ndarray, side: float) -> np.ndarray:
+def _ordered(layout: Layout, edge: np.ndarray, side: float) -> np.ndarray:
     """Return the vertices of an edge from the corner inwards, on the side of the left (1) or the right hand (-1)."""
-    across, along = line.split(state[edge])
+    across, along = layout.split(edge)
     return edge[np.argsort(across - side * along, kind="stable")]
 
 

@@ -16,41 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tatamu.folding.layers import PIXEL, Surface
+from tatamu.folding.layout import FoldLine, Layout
 from tatamu.garments import Garment
 from tatamu.simulation.heavy_strip.crease import Crease, crease
 from tatamu.simulation.mesh.topology import areas
 
 KEPT = 0.5
 """Fraction of its height above flat layers that the loop at an earlier fold keeps when it is pressed."""
-
-
-@dataclass(frozen=True)
-class FoldLine:
-    """A straight fold line on the table, and the side of it that moves."""
-
-    origin: np.ndarray
-    """A point of the line [m], shape (2,)."""
-    normal: np.ndarray
-    """Unit vector across the fold line, from the moving side to the side that stays, shape (2,)."""
-
-    @property
-    def along(self) -> np.ndarray:
-        """Unit vector along the fold line, to the left of `normal`, where the left hand is."""
-        return np.array([-self.normal[1], self.normal[0]])
-
-    def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return distances from the line, negative on the moving side, and coordinates along it [m], shapes (n,)."""
-        offset = points[:, :2] - self.origin
-        return offset @ self.normal, offset @ self.along
-
-    def mirrored(self, points: np.ndarray) -> np.ndarray:
-        """Return the mirror images of n points over the fold line, shape (n, 2)."""
-        across, along = self.split(points)
-        return self.join(-across, along)
-
-    def join(self, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Return the points, shape (n, 2), with these distances and coordinates: the inverse of `split`."""
-        return self.origin + across[:, None] * self.normal + along[:, None] * self.along
 
 
 @dataclass(frozen=True)
@@ -68,8 +40,9 @@ class Stack:
     from such cloth, as between trouser legs."""
 
 
-def stack(garment: Garment, state: np.ndarray, line: FoldLine) -> Stack:
-    """Return the heights of a garment at positions `state` [m], shape (n, 3), and of the stack that a fold makes."""
+def stack(layout: Layout) -> Stack:
+    """Return the heights of a garment before a fold, and of the stack that the fold makes."""
+    garment, state, line = layout.garment, layout.state, layout.line
     thickness = garment.material.thickness
     reach = 0.5 * garment.spacing
     area = float(areas(garment.unstrained, garment.faces).sum())
@@ -107,16 +80,16 @@ def pressed(z: np.ndarray, flat: float) -> np.ndarray:
     return np.where(z <= flat, z, flat + KEPT * (z - flat))
 
 
-def ideal_fold(garment: Garment, state: np.ndarray, line: FoldLine, stacks: Stack) -> np.ndarray:
-    """Return the target shape of a fold [m], shape (n, 3), from the positions `state` before it [m], shape (n, 3)."""
-    across, along = line.split(state)
+def ideal_fold(layout: Layout, stacks: Stack) -> np.ndarray:
+    """Return the target shape of a fold [m], shape (n, 3)."""
+    garment, (across, along) = layout.garment, layout.split()
     x, z = _bent(garment, stacks.mean, across, stacks.middle - 0.5 * stacks.mean)
     flat_z = np.where(across < 0, 2.0 * stacks.mean - stacks.middle, stacks.middle)
     x = stacks.creased * x + (1.0 - stacks.creased) * np.abs(across)
     z = stacks.creased * z + (1.0 - stacks.creased) * flat_z
-    target = np.column_stack([line.join(x, along), z])
+    target = np.column_stack([layout.line.join(x, along), z])
     alone = (across > crease_of(garment, garment.material.thickness).arc[-1]) & (stacks.under == 0)
-    target[alone] = state[alone]  # no other cloth presses the loops of these vertices
+    target[alone] = layout.state[alone]  # no other cloth presses the loops of these vertices
     return target
 
 

@@ -132,25 +132,52 @@ class ManipulationFile(OpenRecord):
 
 
 @dataclass(frozen=True, eq=False)
+class Course:
+    """The course of one hand in one trial: its grasp and its path."""
+
+    vertex: int
+    """Index of the grasped vertex."""
+    position: np.ndarray
+    """Position of the grasp [m], shape (3,)."""
+    path: np.ndarray
+    """Path from (0, 0, 0) at the grasp to the release [m], shape (s, 3)."""
+    control_points: np.ndarray | None = None
+    """P0 to P3 of the curve, relative to the grasp [m], shape (4, 3); None for a path that is no cubic Bezier."""
+    patch: tuple[int, ...] = ()
+
+    @classmethod
+    def on_curve(cls, vertex: int, position: np.ndarray, points: np.ndarray, patch: Sequence[int] = ()) -> Course:
+        """Return the motion along the Bezier curve with the control points `points` [m], shape (4, 3)."""
+        return cls(vertex, position, curves.sampled_bezier(points), points, tuple(patch))
+
+
+@dataclass(frozen=True, eq=False)
 class Manipulation:
     """The motion of one hand or two hands in one trial."""
 
-    grasps: tuple[int, ...]
-    """Index of the grasped vertex of each hand, left before right."""
-    positions: tuple[np.ndarray, ...]
-    """Position of each grasp [m], shape (3,)."""
-    paths: tuple[np.ndarray, ...]
-    """Path of each hand from (0, 0, 0) at its grasp to its release [m], shape (s, 3)."""
-    control_points: tuple[np.ndarray, ...] | None
-    """P0 to P3 of each hand's curve, relative to its grasp [m], shape (4, 3); None for paths that are no cubic Beziers.
-    """
+    hands: tuple[Course, ...]
+    """The left hand before the right one."""
     lift: float = 0.0
     """Height by which the closing fingers lift the cloth [m]."""
     settle: float = SETTLE
-    patches: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def grasps(self) -> tuple[int, ...]:
+        """Index of the grasped vertex of each hand, left before right."""
+        return tuple(hand.vertex for hand in self.hands)
+
+    @property
+    def positions(self) -> tuple[np.ndarray, ...]:
+        """Position of each grasp [m], shape (3,)."""
+        return tuple(hand.position for hand in self.hands)
+
+    @property
+    def paths(self) -> tuple[np.ndarray, ...]:
+        """Path of each hand from (0, 0, 0) at its grasp to its release [m], shape (s, 3)."""
+        return tuple(hand.path for hand in self.hands)
 
     def __repr__(self) -> str:
-        hands = "one hand" if len(self.grasps) == 1 else "two hands"
+        hands = "one hand" if len(self.hands) == 1 else "two hands"
         return (
             f"<Manipulation: {hands} at the vertices {' and '.join(map(str, self.grasps))}, {self.timing.ends:.2f} s>"
         )
@@ -159,19 +186,16 @@ class Manipulation:
         """Return the content of `manipulation.json`. The paths must be cubic Bezier curves."""
         times, displacements = self.motion()
         via = np.unique(np.append(np.arange(0, len(times), VIA_EVERY), len(times) - 1))
-        patches = self.patches or ((),) * len(self.grasps)
         arms = [
             ArmPath(
                 name=name,
-                grasp=GraspPoint(vertex=vertex, position=position.tolist(), patch=list(patch)),
+                grasp=GraspPoint(vertex=hand.vertex, position=hand.position.tolist(), patch=list(hand.patch)),
                 control_points=curve.control,
-                from_grasp=points,
+                from_grasp=hand.control_points,
             )
-            for name, vertex, position, patch, curve, points in zip(
-                HANDS, self.grasps, self.positions, patches, self.curves, self.control_points or (), strict=False
-            )
+            for name, hand, curve in zip(HANDS, self.hands, self.curves, strict=False)
         ]
-        hands = zip(HANDS, self.positions, displacements, strict=False)
+        hands = zip(HANDS, self.hands, displacements, strict=False)
         return ManipulationFile(
             frame_rate=FRAME_RATE,
             arms=arms,
@@ -181,7 +205,7 @@ class Manipulation:
             via_points=ViaPoints(
                 every_frames=VIA_EVERY,
                 times=times[via].tolist(),
-                **{name: position + moved[via] for name, position, moved in hands},
+                **{name: hand.position + moved[via] for name, hand, moved in hands},
             ),
         )
 
@@ -192,18 +216,12 @@ class Manipulation:
         lift = file.lift
         if lift is None:
             lift = max(0.0, float(arms[0].control_points[0][2]) - arms[0].grasp.position[2])
-        points = tuple(
-            arm.from_grasp if arm.from_grasp is not None else arm.control_points - arm.control_points[0] for arm in arms
-        )
-        made = cls(
-            grasps=tuple(arm.grasp.vertex for arm in arms),
-            positions=tuple(np.array(arm.grasp.position) for arm in arms),
-            paths=tuple(map(curves.sampled_bezier, points)),
-            control_points=points,
-            lift=lift,
-            settle=file.settle,
-            patches=tuple(tuple(arm.grasp.patch) for arm in arms),
-        )
+        hands = []
+        for arm in arms:
+            points = arm.control_points - arm.control_points[0] if arm.from_grasp is None else arm.from_grasp
+            grasp = arm.grasp
+            hands.append(Course.on_curve(grasp.vertex, np.array(grasp.position), points, grasp.patch))
+        made = cls(tuple(hands), lift, file.settle)
         made.check_via_points(file.via_points)
         return made
 
@@ -212,9 +230,9 @@ class Manipulation:
         if via is None:
             return
         times, moved = self.motion()
-        for name, position, path in zip(HANDS, self.positions, moved, strict=False):
+        for name, hand, path in zip(HANDS, self.hands, moved, strict=False):
             points = getattr(via, name)
-            wanted = position + np.column_stack([np.interp(via.times, times, column) for column in path.T])
+            wanted = hand.position + np.column_stack([np.interp(via.times, times, column) for column in path.T])
             distance = np.inf if points is None else float(np.linalg.norm(points - wanted, axis=1).max(initial=0.0))
             if not distance <= 2e-3:
                 raise InputError(
@@ -236,10 +254,12 @@ class Manipulation:
     @property
     def curves(self) -> tuple[Bezier, ...]:
         """Bezier curve of each hand in the scene. The paths must be cubic Bezier curves."""
-        if self.control_points is None:
-            raise ValueError("the paths of this manipulation are polylines")
-        placed = zip(self.positions, self.control_points, strict=True)
-        return tuple(Bezier(position + points + self._up) for position, points in placed)
+        found = []
+        for hand in self.hands:
+            if hand.control_points is None:
+                raise ValueError("the paths of this manipulation are polylines")
+            found.append(Bezier(hand.position + hand.control_points + self._up))
+        return tuple(found)
 
     @property
     def _up(self) -> np.ndarray:
@@ -248,7 +268,7 @@ class Manipulation:
     @property
     def trajectory_length(self) -> float:
         """Trajectory length l_x of Eq. (10): the mean length of the hands' paths [m]."""
-        return sum(map(curves.length, self.paths)) / len(self.paths)
+        return sum(map(curves.length, self.paths)) / len(self.hands)
 
     @property
     def move_seconds(self) -> float:
@@ -273,7 +293,7 @@ class Manipulation:
         count = round(self.move_seconds * FRAME_RATE)
         fraction = curves.minimum_jerk(np.arange(count + 1) / count)
         times = WAIT + np.arange(count + 1) / FRAME_RATE
-        return times, [curves.along(path, fraction) + self._up for path in self.paths]
+        return times, [curves.along(hand.path, fraction) + self._up for hand in self.hands]
 
 
 def bezier_manipulation(
@@ -287,14 +307,13 @@ def bezier_manipulation(
     """
     across = np.array([*fold.normal, 0.0])
     up = np.array([0.0, 0.0, 1.0])
-    points = []
+    hands = []
     for vertex in grasps:
         larger = fold.span_of(vertex) / fold.span
         inner = [larger * (x1 * across + z1 * up), larger * (x2 * across + z2 * up)]
-        points.append(np.stack([np.zeros(3), *inner, fold.translation(vertex)]))
-    paths = tuple(map(curves.sampled_bezier, points))
-    patches = tuple(tuple(fold.patch(vertex)) for vertex in grasps)
-    return Manipulation(grasps, _places(fold, grasps), paths, tuple(points), fold.fingers.lift, patches=patches)
+        points = np.stack([np.zeros(3), *inner, fold.translation(vertex)])
+        hands.append(Course.on_curve(vertex, fold.place(vertex), points, fold.patch(vertex)))
+    return Manipulation(tuple(hands), fold.fingers.lift)
 
 
 def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -314,11 +333,8 @@ def trajectory_lengths(fold: Fold, parameters: Mapping[str, np.ndarray]) -> np.n
 
 def polyline_manipulation(fold: Fold, grasps: tuple[int, ...], paths: Sequence[np.ndarray]) -> Manipulation:
     """Return a manipulation along polylines of s points relative to each hand's grasp [m], shape (s, 3)."""
-    return Manipulation(grasps, _places(fold, grasps), tuple(paths), None, fold.fingers.lift)
-
-
-def _places(fold: Fold, grasps: tuple[int, ...]) -> tuple[np.ndarray, ...]:
-    return tuple(fold.place(vertex) for vertex in grasps)
+    hands = [Course(vertex, fold.place(vertex), path) for vertex, path in zip(grasps, paths, strict=True)]
+    return Manipulation(tuple(hands), fold.fingers.lift)
 
 
 class HandShift(OpenRecord):
@@ -344,17 +360,16 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
     Raises:
         InputError: If there are fewer shifts than hands, or the paths are not Bezier curves.
     """
-    if manipulation.control_points is None or len(shifts) < len(manipulation.grasps):
-        raise InputError(
-            f"shift: must be one correction for each of {len(manipulation.grasps)} hands, given {len(shifts)}"
-        )
+    known = [(hand, hand.control_points) for hand in manipulation.hands]
+    curved = [(hand, points) for hand, points in known if points is not None]
+    if len(curved) < len(known) or len(shifts) < len(known):
+        raise InputError(f"shift: must be one correction for each of {len(known)} hands, given {len(shifts)}")
     if all(shift.is_none for shift in shifts):
         return manipulation
-    positions = []
-    points = []
-    for position, control, shift in zip(manipulation.positions, manipulation.control_points, shifts, strict=False):
+    hands = []
+    for (hand, points), shift in zip(curved, shifts, strict=False):
         grasp, release = (fold.vector(*each) for each in (shift.grasp, shift.release))
-        positions.append(position + grasp + [0.0, 0.0, shift.height])
-        points.append(control + np.outer([0.0, 0.0, 1.0, 1.0], release - grasp))
-    paths = tuple(map(curves.sampled_bezier, points))
-    return replace(manipulation, positions=tuple(positions), control_points=tuple(points), paths=paths)
+        position = hand.position + grasp + [0.0, 0.0, shift.height]
+        moved = points + np.outer([0.0, 0.0, 1.0, 1.0], release - grasp)
+        hands.append(Course.on_curve(hand.vertex, position, moved, hand.patch))
+    return replace(manipulation, hands=tuple(hands))

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
-from tatamu.folding.ideal import FoldLine
+from tatamu.folding.layout import FoldLine
 from tatamu.folding.press import Press
 from tatamu.garments import Garment
 

@@ -1,7 +1,6 @@
-"""The built-in fold plans.
+"""The built-in fold plans: files in `data/`, by the kind of garment.
 
-Coordinates are fractions of the garment's length (x, from -0.5 at the hem) and width (y, positive to the left). A
-user's own garment has the plans of its kind, or those in `ANY` if its kind is not known.
+A user's own garment has the plans of its kind, or those in `ANY` if its kind is not known.
 """
 
 from __future__ import annotations
@@ -13,58 +12,19 @@ from tatamu.folding.plan import Plan, load_plan
 from tatamu.folding.proposals import AUTO_PLAN, propose
 from tatamu.garments import Garment
 
-THIRD = 0.18
-"""Distance from a T-shirt's middle to its lengthwise fold lines, as a fraction of its width over the sleeves. With a
-sixth, the end of the sleeve folded first would lie exactly on the second line."""
+
+def _plans(kind: str, *names: str) -> dict[str, Plan]:
+    return {name: load_plan(Path(__file__).parent / "data" / kind / f"{name}.toml") for name in names}
 
 
-def _across(x: float, **more: object) -> dict[str, object]:
-    return {"line": ((x, -0.5), (x, 0.5)), **more}
-
-
-def _lengthwise(y: float, **more: object) -> dict[str, object]:
-    return {"line": ((-0.5, y), (0.5, y)), **more}
-
-
-def _plan(name: str, *steps: dict[str, object]) -> Plan:
-    return Plan.model_validate({"name": name, "step": steps})
-
-
-HALF = _plan("half", _across(0.0, title="in half across the length", moves="-x", area_ratio=0.5))
-QUARTERS = _plan(
-    "quarters",
-    _across(0.0, title="in half across the length", moves="-x", area_ratio=0.5),
-    _lengthwise(0.0, title="in half along the length", moves="-y", area_ratio=0.5),
-)
-ANY = {"half": _plan("half", _across(0.0, title="in half across the length", moves="-x"))}
-"""Plans that fit every garment, by name."""
-
-PLANS: dict[str, dict[str, Plan]] = {
-    "towel": {"half": HALF, "quarters": QUARTERS},
-    "tshirt": {
-        "half": _plan("half", _across(0.0, title="hem to shoulder", moves="-x", grasp="hem")),
-        "shop": _plan(
-            "shop",
-            _lengthwise(THIRD, title="left third with its sleeve", moves="+y", grasp=("left_sleeve", "hem")),
-            _lengthwise(-THIRD, title="right third with its sleeve", moves="-y", grasp=("hem", "right_sleeve")),
-            _across(0.0, title="hem up", moves="-x", grasp="hem"),
-        ),
-    },
-    "trousers": {
-        "leg": _plan("leg", _lengthwise(0.0, title="leg over leg", moves="-y")),
-        "half": _plan(
-            "half",
-            _lengthwise(0.0, title="leg over leg", moves="-y"),
-            _across(0.0, title="hems to waist", moves="-x"),
-        ),
-        "thirds": _plan(
-            "thirds",
-            _lengthwise(0.0, title="leg over leg", moves="-y"),
-            _across(-1 / 6, title="hems up a third", moves="-x"),
-            _across(1 / 6, title="waist over them", moves="+x", grasp="waist"),
-        ),
-    },
+PLANS = {
+    "towel": _plans("towel", "half", "quarters"),
+    "tshirt": _plans("tshirt", "half", "shop"),
+    "trousers": _plans("trousers", "leg", "half", "thirds"),
 }
+"""Plans of each kind of garment, by name, in the order in which they are listed."""
+ANY = _plans("any", "half")
+"""Plans that fit every garment, by name."""
 
 
 def make_plan(name: str, garment: Garment) -> Plan:

@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 from tatamu.base.curves import minimum_jerk
 from tatamu.base.errors import InputError
 from tatamu.base.records import Record
-from tatamu.folding.ideal import FoldLine
+from tatamu.folding.layout import FoldLine
 from tatamu.simulation.body import Body
 from tatamu.simulation.material import Material, Number
 

@@ -15,7 +15,8 @@ from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouett
 from tatamu.folding.coverage import Part
 from tatamu.folding.grasps import farthest_edge
 from tatamu.folding.hold import covered, grasp_for
-from tatamu.folding.ideal import FoldLine, crease_of
+from tatamu.folding.ideal import crease_of
+from tatamu.folding.layout import Layout
 from tatamu.folding.plan import Plan, line_of
 from tatamu.garments import Garment
 
@@ -85,7 +86,8 @@ def _title(garment: Garment, part: Appendage, parts: list[Appendage]) -> str:
     pair = {"+y", "-y"} <= {each.facing for each in parts}
     if part.facing in ("+y", "-y"):
         return f"{'left' if part.facing == '+y' else 'right'} {'sleeve' if pair else 'side'} in"
-    end = farthest_edge(garment, garment.vertices, line_of(_ends(part.facing, part.line), part.facing))
+    line = line_of(_ends(part.facing, part.line), part.facing)
+    end = farthest_edge(Layout(garment, garment.vertices, line))
     own = not any(end == side or end.startswith(f"{side} ") for side in SIDES)
     name = end if own else "top" if part.facing == "+x" else "bottom"
     return f"{name} {'down' if part.facing == '+x' else 'up'}"
@@ -134,27 +136,16 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     at = round((middle if fold.at is None else fold.at) / garment.size[1 - column], 4) + 0.0  # no negative zero
     step: dict[str, Any] = {"title": fold.title, "line": _ends(fold.moves, at).tolist(), "moves": fold.moves}
     draft = Plan.model_validate({"name": "draft", "step": [step]})
-    line = draft.line(draft.steps[0], garment)
-    flap = float(-line.split(state)[0].min())
+    layout = Layout(garment, state, draft.line(draft.steps[0], garment))
+    flap = float(-layout.split()[0].min())
     crease = float(crease_of(garment, garment.material.thickness).arc[-1])
     if flap < crease:
         raise InputError("fold: the side that moves is narrower than a crease")
-    grasp, hands = grasp_for(garment, state, line)
+    grasp, hands = grasp_for(layout)
     step["grasp"] = grasp[0] if len(grasp) == 1 else list(grasp)
     if hands == 1:
         step["hands"] = 1
-    missed = tuple((len(before.steps), part) for part in covered(garment, state, line, grasp, hands))
+    missed = tuple((len(before.steps), part) for part in covered(layout, grasp, hands))
     stacked = bool(before.steps) or fold.at is not None
     short = before.short or (stacked and flap < 2.0 * crease)  # it would be mostly loop
-    return _Folded((*before.steps, step), (*before.missed, *missed), short, laid(garment, state, line))
-
-
-def laid(garment: Garment, state: np.ndarray, line: FoldLine) -> np.ndarray:
-    """Return the positions of a cloth whose moving side is mirrored and laid on top [m], shape (n, 3)."""
-    across, _ = line.split(state)
-    moving = across < 0
-    after = state.copy()
-    after[moving, :2] = line.mirrored(state)[moving]
-    top = float(state[:, 2].max()) + 0.5 * garment.material.thickness
-    after[moving, 2] = 2.0 * top - state[moving, 2]
-    return after
+    return _Folded((*before.steps, step), (*before.missed, *missed), short, layout.laid())

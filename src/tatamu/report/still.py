@@ -48,20 +48,15 @@ def render(fold: Result, hands: tuple[str, ...] = (LEFT, RIGHT), *, flying: bool
     body = painted(fold, fold.final)
     flight = painted(fold, fold.rollout.positions[np.argmax(paths[0][:, 2])])
     view = _eye(np.vstack([fold.final, flight.points, *paths]))
-    sun = _Sun([body], np.vstack([fold.final, *paths]))
     lowest = float(fold.start[:, 2].min()) - fold.scene.material.thickness / 2
-    image = _table(view, sun, lowest)
-    depth = np.full(view.shape, -np.inf)
-    _paint(image, depth, view, body, sun, 1.0)
-    for solid in _solids(fold.scene, fold.rollout.times[-1]):
-        _paint(image, depth, view, solid, sun, 1.0)
+    painting = _Painting(view, _Sun([body], np.vstack([fold.final, *paths])), lowest)
+    for mesh in [body, *_solids(fold.scene, fold.rollout.times[-1])]:
+        painting.add(mesh)
     for colour, path in zip(hands, paths, strict=False):
-        light = rgb(colour)
-        points, faces = tube(path, 0.0035)
-        _paint(image, depth, view, PaintedMesh(points, faces, np.tile(light, (len(faces), 1)), light), None, 1.0)
+        painting.add(_plain(*tube(path, 0.0035), colour), sunny=False)
     if flying:
-        _paint(image, depth, view, flight, None, 0.42)
-    return image
+        painting.add(flight, sunny=False, alpha=0.42)
+    return painting.image
 
 
 def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
@@ -69,22 +64,23 @@ def scene_picture(scene: Scene, rollout: Rollout, frame: int) -> np.ndarray:
     body = cloth(rollout.positions[frame], rollout.faces, scene.cloth.rest)
     meshes = [body, *_solids(scene, rollout.times[frame])]
     around = np.vstack([mesh.points for mesh in meshes])
-    view = _eye(around)
-    sun = _Sun(meshes, around)
-    image = _table(view, sun, scene.table.height if scene.table else float(around[:, 2].min()))
-    depth = np.full(view.shape, -np.inf)
+    height = scene.table.height if scene.table else float(around[:, 2].min())
+    painting = _Painting(_eye(around), _Sun(meshes, around), height)
     for mesh in meshes:
-        _paint(image, depth, view, mesh, sun, 1.0)
-    return to_pixels(shrink(image, FINER))
+        painting.add(mesh)
+    return to_pixels(shrink(painting.image, FINER))
 
 
 def _solids(scene: Scene, time: float) -> list[PaintedMesh]:
     """Return the rigid bodies of a scene at a time [s], as a list with one mesh; empty if the scene has no bodies."""
     mesh = moving(scene.bodies, np.array([time]))
-    if mesh is None:
-        return []
-    light = rgb(SOLID)
-    return [PaintedMesh(mesh[0][0], mesh[1], np.tile(light, (len(mesh[1]), 1)), light)]
+    return [] if mesh is None else [_plain(mesh[0][0], mesh[1], SOLID)]
+
+
+def _plain(points: np.ndarray, faces: np.ndarray, colour: str) -> PaintedMesh:
+    """Return a mesh of one colour."""
+    light = rgb(colour)
+    return PaintedMesh(points, faces, np.tile(light, (len(faces), 1)), light)
 
 
 def _eye(points: np.ndarray) -> View:
@@ -128,16 +124,25 @@ class _Sun:
         return total / len(offsets)
 
 
-def _paint(image: np.ndarray, depth: np.ndarray, view: View, mesh: PaintedMesh, sun: _Sun | None, alpha: float) -> None:
-    """Draw a mesh into the image, at those pixels where the mesh is nearer than everything drawn before."""
-    visible, near = see(view, mesh)
-    lit = 1.0 if sun is None else 0.25 + 0.75 * sun.reaches(visible.sample(mesh.points, mesh.faces))
-    light = np.zeros((*view.shape, 3))
-    light[visible.mask] = shade(view, mesh, visible, lit)
-    nearer = near > depth
-    image[nearer, :3] = alpha * light[nearer] + (1 - alpha) * image[nearer, :3]
-    if alpha == 1.0:
-        depth[nearer] = near[nearer]
+class _Painting:
+    """A picture of a table, to which meshes are added."""
+
+    def __init__(self, view: View, sun: _Sun, height: float) -> None:
+        """Begin with the table at a height [m]."""
+        self._view, self._sun = view, sun
+        self.image = _table(view, sun, height)
+        self._depth = np.full(view.shape, -np.inf)
+
+    def add(self, mesh: PaintedMesh, *, sunny: bool = True, alpha: float = 1.0) -> None:
+        """Draw a mesh at those pixels where it is nearer than everything before, without shadows if not `sunny`."""
+        visible, near = see(self._view, mesh)
+        lit = 0.25 + 0.75 * self._sun.reaches(visible.sample(mesh.points, mesh.faces)) if sunny else 1.0
+        light = np.zeros((*self._view.shape, 3))
+        light[visible.mask] = shade(self._view, mesh, visible, lit)
+        nearer = near > self._depth
+        self.image[nearer, :3] = alpha * light[nearer] + (1 - alpha) * self.image[nearer, :3]
+        if alpha == 1.0:
+            self._depth[nearer] = near[nearer]
 
 
 def _table(view: View, sun: _Sun, height: float) -> np.ndarray:

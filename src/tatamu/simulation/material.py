@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
+from tatamu.base.records import OpenRecord
 
 PRESETS = Path(__file__).parent / "presets"
 
@@ -40,22 +41,14 @@ FRICTION_ELEMENTS = ((0.5, 0.4), (0.3, 1.0), (0.2, 2.5))
 
 The products sum to 1, and a first bend to the curvature k has the moment HB (1 - exp(-k / k_y)), with an error of at
 most 0.09 HB (docs/theory/hysteresis.md)."""
-UNSAID = (
-    "blender",
-    "compression",
-    *ORTHOTROPIC_MEMBRANE,
-    *ORTHOTROPIC_BENDING,
-    "bending_hysteresis",
-    "bending_rigidity_initial",
-    *DIRECTIONAL_AIR,
-)
-"""Fields that are written only if they differ from their defaults."""
 
 
-class Material(BaseModel):
+class Material(OpenRecord, extra="forbid"):
     """The properties of a fabric, which is isotropic unless values for weft, shear or bias are given."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    UNSAID: ClassVar[frozenset[str]] = frozenset(
+        {"blender", "compression", "bending_hysteresis", "bending_rigidity_initial"}
+    ).union(ORTHOTROPIC_MEMBRANE, ORTHOTROPIC_BENDING, DIRECTIONAL_AIR)
 
     areal_density: Number = Field(ge=1e-3, le=20.0)
     """Mass per area rho [kg/m^2]."""
@@ -107,15 +100,6 @@ class Material(BaseModel):
 
     blender: dict[str, bool | int | float | str] | None = None
     """Properties of Blender's cloth by their names in Blender, for the simulator `blender` only."""
-
-    @model_serializer(mode="wrap")
-    def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Omit the fields in `UNSAID` that have their defaults."""
-        plain: dict[str, Any] = standard(self)
-        for name in UNSAID:
-            if getattr(self, name) == type(self).model_fields[name].default:
-                plain.pop(name, None)  # the field may have been excluded before
-        return plain
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tatamu.simulation.blender.properties import COLLIDER, COLLISION, DEFAULTS, LENGTHS, RANGES, STIFFNESS, checked
+from tatamu.simulation.blender.properties import PROPERTIES, STIFFNESS, checked
 from tatamu.simulation.blender.springs import Springs
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
@@ -30,7 +30,7 @@ LAYERS = 1.125
 """Factor on `self_distance_min` [-], because the distance of layers is 8/9 of twice that property (measured)."""
 TABLE_FRICTION, SELF_FRICTION = 100.0, 50.0
 """Blender's numbers for a friction coefficient of 1, on the table and between layers (measured)."""
-MAX_FRICTION = RANGES["self_friction"][1]
+MAX_FRICTION = PROPERTIES["self_friction"].high
 """Maximum friction number that Blender accepts."""
 MAX_STEP = 1.0 / 300.0
 """Maximum substep [s], in which cloth with a speed of 1 m/s moves 3.3 mm."""
@@ -182,14 +182,15 @@ def _raw(scene: Scene, longest: float) -> Mapping:
     Properties of contact that the table omits follow from the material's fields in SI units; others are Blender's
     defaults, where the number of substeps (`quality`) depends on the duration of a frame.
     """
-    raw = DEFAULTS | checked(scene.material.blender or {})
+    usual = {name: known.default for name, known in PROPERTIES.items() if known.default is not None}
+    raw = usual | checked(scene.material.blender or {})
     growing = [name for name in raw if _grows(name, raw.get("bending_model") == "LINEAR")]
-    fitting = (RANGES[name][1] / max(float(raw[name]), 1e-9) for name in growing)
+    fitting = (PROPERTIES[name].high / max(float(raw[name]), 1e-9) for name in growing)
     mapping = Mapping(scale=max(1.0, min(_scale(scene.material), *fitting)))
     _contact(mapping, scene.material)
     mapping.clock = float(raw.pop("time_scale")) if "time_scale" in raw else None
     for name, value in raw.items():
-        part = mapping.collision if name in COLLISION else mapping.collider if name in COLLIDER else mapping.settings
+        part: dict[str, Any] = getattr(mapping, PROPERTIES[name].part)
         part[name] = mapping.scale * float(value) if name in growing else value
     frame = mapping.time_scale(longest, scene.frame_rate)  # Blender makes 5 substeps in a unit of its time, rounded up
     mapping.settings.setdefault("quality", int(np.clip(np.ceil(5 * frame - 1e-6), 1, 1000)))
@@ -205,4 +206,4 @@ def _grows(name: str, linear: bool) -> bool:
     """
     kind, _, what = name.partition("_")
     spring = kind in ("tension", "compression", "shear") or (linear and kind == "bending")
-    return name in LENGTHS or (spring and what.startswith("stiffness"))
+    return PROPERTIES[name].length or (spring and what.startswith("stiffness"))

@@ -16,7 +16,7 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.topology import Topology, among, areas
+from tatamu.simulation.mesh.topology import Topology, among, areas, lumped
 from tatamu.simulation.mujoco.controlled import CONTACT, RIGID, rigid
 from tatamu.simulation.scene import Scene, Table
 
@@ -34,10 +34,8 @@ def engine() -> Any:
 
 def vertex_masses(scene: Scene) -> np.ndarray:
     """Return the lumped mass of each vertex [kg], shape (n,)."""
-    masses = np.zeros(len(scene.cloth.vertices))
-    shares = scene.material.areal_density * areas(scene.cloth.rest, scene.cloth.faces) / 3.0
-    np.add.at(masses, scene.cloth.faces, shares[:, None])
-    return masses
+    cloth = scene.cloth
+    return lumped(scene.material.areal_density * areas(cloth.rest, cloth.faces), cloth.faces, len(cloth.vertices))
 
 
 def compiled(scene: Scene) -> Any:

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
+from tatamu.base.records import Record
 from tatamu.simulation.material import PRESETS, Material, preset_names
 
 Range = Annotated[tuple[float, float], Field(description="[low, high]")]
 
 
-class About(BaseModel):
+class About(Record):
     """Title and note of a preset."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
     note: str = ""
     """Warning about the use of the preset."""
 
 
-class Preset(BaseModel):
+class Preset(Record):
     """A material with the sources of its values."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: str
     preset: About
