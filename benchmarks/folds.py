@@ -8,7 +8,6 @@ docs/notes/folds.md and its pictures are replaced.
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import subprocess
 import sys
@@ -17,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import IMAGES, markdown, publish
+from benchmarks.tables import IMAGES, arguments, markdown, show
 from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.fold import Fold, ideal_folds
@@ -145,18 +144,14 @@ def draw(out: Path, images: Path) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--trials", type=int, default=60)
     parser.add_argument("--only", choices=FOLDS, action="append")
-    parser.add_argument("--write-docs", action="store_true")
     parser.add_argument("--targets", action="store_true", help="only the table of ideal shapes")
     options = parser.parse_args()
-    targets = target_rows()
-    print(markdown(targets), flush=True)
-    if options.write_docs:
-        publish("targets", markdown(targets))
+    show({"targets": target_rows()}, options.write_docs)
     if options.targets:
         return
     rows = []
@@ -166,9 +161,8 @@ def main() -> None:
                 rows += learned(name, garment, fold, seed, min(trials, options.trials), options.out)
                 print(markdown(shown(rows[-1:])), flush=True)
     write_json(options.out / "table.json", rows)
-    print(markdown(shown(rows)))
-    if options.write_docs:
-        publish("folds", markdown(shown(rows)) + draw(options.out, IMAGES))
+    drawings = draw(options.out, IMAGES) if options.write_docs else ""
+    show({"folds": markdown(shown(rows)) + drawings}, options.write_docs)
 
 
 if __name__ == "__main__":

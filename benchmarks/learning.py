@@ -10,12 +10,11 @@ table in docs/notes/learning.md.
 
 from __future__ import annotations
 
-import argparse
 import resource
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.task import Task, make_task
@@ -61,11 +60,10 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--trials", type=int, default=50)
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     task = make_task("towel")
     rows: list[dict[str, Any]] = []
@@ -76,10 +74,8 @@ def main() -> None:
             rows.append(row)
     rows += [{"search": b["title"], "seed": "-", "best": "-", "failed": "-", **b} for b in baselines]
     write_json(options.out / "table.json", rows)
-    print(markdown(shown(rows)))
-    print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
-    if options.write_docs:
-        publish("learning: long", markdown(shown(rows)))
+    show({"learning: long": shown(rows)}, options.write_docs)
+    print(f"peak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 
 if __name__ == "__main__":
