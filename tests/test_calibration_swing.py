@@ -21,7 +21,7 @@ AIR = {"areal_density": 0.3, "air_added_mass": 0.12, "air_drag_quadratic": 1.5}
 SPACING = 0.03
 
 
-def measurements(**tables: dict[str, Any]) -> Measurements:
+def measurements(**tables: Any) -> Measurements:
     return of_towel(SIZE, AIR["areal_density"], **tables)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -19,6 +20,7 @@ from tatamu.study.options import FoldOptions, LearnOptions
 from tatamu.study.record import StudyRecord
 from tatamu.study.store import load_settings
 from tests.commands import tatamu
+from tests.refusals import refusal
 from tests.robots.arms import pair
 
 FILE = "[source]\nhands = 'measured'\n[hands]\nyaw = 0.02\n[fingers]\nthickness = 0.004\n"
@@ -119,6 +121,4 @@ def test_what_is_no_file_and_no_table_is_refused(tmp_path: Path, line: str, said
     path = pair(tmp_path)
     path.write_text(f"{line}\n" + path.read_text())
     for read in (disturbances_of, files_of, lambda path: load(str(path))):
-        with pytest.raises(InputError, match=said) as error:
-            read(path)
-        assert "\n" not in str(error.value)
+        assert re.search(said, refusal(read, path))
