@@ -14,7 +14,7 @@ import resource
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import arguments, show
+from benchmarks.tables import SCORES, Columns, arguments, show, shown
 from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.task import Task, make_task
@@ -23,17 +23,13 @@ from tatamu.search.gp import GPSearch
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 
-COLUMNS = {
+COLUMNS: Columns = {
     "search": lambda row: row["search"],
     "seed": lambda row: row["seed"],
     "best trial": lambda row: row["best"],
     "C": lambda row: f"{row['objective']:.4f}",
     "l_x [m]": lambda row: f"{row['trajectory_length']:.3f}",
-    "mean distance [mm]": lambda row: f"{1e3 * row['mean_vertex_distance']:.2f}",
-    "mask IoU": lambda row: f"{row['mask_iou']:.3f}",
-    "E_f [%]": lambda row: f"{row['area_error']:.2f}",
-    "slip [mm]": lambda row: f"{1e3 * row['slip']:.2f}",
-    "residual bend [mm]": lambda row: f"{1e3 * row['residual_bend']:.1f}",
+    **SCORES,
     "failed trials": lambda row: row["failed"],
     "search [s]": lambda row: f"{row['seconds']:.0f}",
 }
@@ -54,11 +50,6 @@ def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tup
     return {"search": sampler, "seed": seed, "best": result.best, **row}, baselines
 
 
-def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the table of searches and baselines."""
-    return [{name: column(row) for name, column in COLUMNS.items()} for row in rows]
-
-
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
@@ -74,7 +65,7 @@ def main() -> None:
             rows.append(row)
     rows += [{"search": b["title"], "seed": "-", "best": "-", "failed": "-", **b} for b in baselines]
     write_json(options.out / "table.json", rows)
-    show({"learning: long": shown(rows)}, options.write_docs)
+    show({"learning: long": shown(rows, COLUMNS)}, options.write_docs)
     print(f"peak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 

@@ -15,6 +15,18 @@ IMAGES = Path("docs/images")
 PAGES = [Path("README.md"), *sorted(Path("docs").rglob("*.md"))]
 
 
+Columns = Mapping[str, Callable[[Mapping[str, Any]], Any]]
+"""What a table shows of a row, by the names of its columns."""
+SCORES: Columns = {
+    "mean distance [mm]": lambda row: f"{1e3 * row['mean_vertex_distance']:.2f}",
+    "mask IoU": lambda row: f"{row['mask_iou']:.3f}",
+    "E_f [%]": lambda row: f"{row['area_error']:.2f}",
+    "slip [mm]": lambda row: f"{1e3 * row['slip']:.2f}",
+    "residual bend [mm]": lambda row: f"{1e3 * row['residual_bend']:.1f}",
+}
+"""The measures of a fold."""
+
+
 def arguments(text: str | None) -> ArgumentParser:
     """Return the parser of a benchmark's options, with `--write-docs`."""
     parser = ArgumentParser(description=text, formatter_class=RawDescriptionHelpFormatter)
@@ -51,6 +63,11 @@ def markdown(rows: Sequence[Mapping[str, Any]]) -> str:
     lines = ["| " + " | ".join(rows[0]) + " |", "|" + "---|" * len(rows[0])]
     cells = ([str(value).replace("|", "\\|") for value in row.values()] for row in rows)
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in cells])
+
+
+def shown(rows: Sequence[Mapping[str, Any]], columns: Columns) -> list[dict[str, str]]:
+    """Return what a table shows of rows."""
+    return [{name: str(show(row)) for name, show in columns.items()} for row in rows]
 
 
 def published(name: str) -> list[dict[str, str]]:
