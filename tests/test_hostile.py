@@ -28,6 +28,7 @@ from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tests.foreign import svg
 from tests.refusals import refusal
+from tests.test_garments_glb import FACES, Glb
 
 READERS: dict[str, Callable[[Path], Any]] = {
     ".json": Scene.load,
@@ -276,30 +277,16 @@ def test_a_ply_that_lies_is_one_line(form: str, tmp_path: Path) -> None:
 
 
 def glb(**changes: Any) -> bytes:
-    points = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.4, 0]], dtype="<f4").tobytes()
-    indices = np.array([0, 1, 2], dtype="<u4").tobytes()
-    header: dict[str, Any] = {
-        "asset": {"version": "2.0"},
-        "buffers": [{"byteLength": 48}],
-        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 12}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
-            {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
-        ],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "nodes": [{"mesh": 0}],
-        "scenes": [{"nodes": [0]}],
-    }
-    text = json.dumps({**header, **changes}).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text + struct.pack("<2I", 48, 0x004E4942) + points + indices
-    return struct.pack("<3I", 0x46546C67, 2, 12 + len(chunks)) + chunks
+    """A whole file, some of whose header was changed."""
+    made = Glb()
+    made.header |= changes
+    return made.bytes()
 
 
 def test_a_small_glb_that_unpacks_to_anything_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.glb"
     path.write_bytes(glb())
-    assert len(read_mesh(path).faces) == 1
+    assert len(read_mesh(path).faces) == len(FACES)
     many = [{"componentType": 5126, "count": 10**10, "type": "VEC3"}] * 2
     shown = [{"mesh": 0}] * 9_000
     heavy = [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}] * 1_000}]
