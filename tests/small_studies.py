@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from tatamu import (
-    Disturbances,
     LearnOptions,
     Nominal,
     Progress,
@@ -17,9 +16,9 @@ from tatamu import (
     Scenarios,
     Task,
     learn,
-    load_disturbances,
     make_task,
 )
+from tatamu.evaluation.disturbances import default_disturbances
 from tatamu.study.database import SharedDatabase
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
@@ -51,13 +50,6 @@ def learn_plain(
     result = learn(task, plain(**options), out=out, executor=executor, database=database, progress=progress)
     assert isinstance(result, Result)
     return result
-
-
-def default_disturbances() -> Disturbances:
-    """The disturbances of `tatamu learn`."""
-    disturbances = load_disturbances("default")
-    assert disturbances is not None
-    return disturbances
 
 
 def over_scenarios(task: Task) -> Scenarios:

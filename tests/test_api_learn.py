@@ -32,7 +32,7 @@ from tatamu import (
     register_simulator,
 )
 from tatamu.cli import main
-from tatamu.evaluation.disturbances import NOMINAL
+from tatamu.evaluation.disturbances import NOMINAL, default_disturbances
 from tatamu.evaluation.nominal import unsimulated
 from tatamu.garments import towel as make_towel
 from tatamu.search import Parameters
@@ -41,7 +41,6 @@ from tests import shifted
 from tests.refusals import refusal
 from tests.small_studies import (
     X,
-    default_disturbances,
     learn_plain,
     over_scenarios,
     plain,
