@@ -57,6 +57,12 @@ def over_scenarios(task: Task) -> Scenarios:
     return Scenarios(Nominal(task), default_disturbances())
 
 
+def bytes_in(folder: Path) -> dict[str, bytes]:
+    """What the files of a folder contain, by their paths inside."""
+    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
 def without_times(value: Any) -> Any:
     """Plain data without its times."""
     if isinstance(value, dict):

@@ -33,7 +33,7 @@ from tatamu.folding.task import make_task
 from tatamu.study.loop import _timed
 from tests.commands import refused
 from tests.scenes import scene
-from tests.small_studies import X, learn_plain, timeless, towel
+from tests.small_studies import X, bytes_in, learn_plain, timeless, towel
 from tests.test_real_cloth import write_fabrics
 
 LONGEST = 1800.0
@@ -286,12 +286,6 @@ def test_a_study_on_workers_is_the_study_of_one_machine(executor: DaskExecutor, 
         assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes()
     here, there = (np.load(tmp_path / which / "rollout.npz") for which in ("here", "there"))
     assert here["positions"].tobytes() == there["positions"].tobytes()
-
-
-def bytes_in(folder: Path) -> dict[str, bytes]:
-    """What a folder holds, by name."""
-    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
 @pytest.mark.slow
