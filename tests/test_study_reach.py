@@ -38,6 +38,7 @@ def task(robot: Short, fold: str = "half", **changes: Any) -> Task:
 TWO = LearnOptions(trials=2, disturbances="none", baselines=False)
 
 
+LENGTHWISE = "in half along the length"
 PRESSED = '[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\npress = {weight = 5.0}\n'
 
 
@@ -45,7 +46,9 @@ PRESSED = '[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\npress = {we
     ("reach", "fold", "changes", "says"),
     [
         pytest.param(0.3, "half", {}, f"robot: the fold in half across.*out of reach of short.*{TOO_FAR}", id="fold"),
-        pytest.param(0.4, "quarters", {"size": (0.5, 0.36)}, "step 2, in half along the length, is out", id="step"),
+        pytest.param(
+            0.4, "quarters", {"size": (0.5, 0.36)}, f"step 2, {LENGTHWISE}, is out of reach of short", id="step"
+        ),
         pytest.param(1.0, "pressed.toml", {}, "press: short cannot press the fold pressed; leave", id="press"),
     ],
 )
