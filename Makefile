@@ -11,7 +11,7 @@ NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
 .PHONY: help learn blender test test-slow oldest lint wheel docs learning gains measured-folds \
-        times folds garments calibration validate real-cloth presets photographs foreign own-garments golden tangle \
+        times folds garments calibration validate real-cloth presets photographs foreign own-garments tangle \
         bench gallery datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
 help:  ## this list
@@ -112,9 +112,6 @@ foreign: $(DEV)  ## the table of docs/notes/garments.md: outlines and meshes fro
 
 own-garments: $(DEV)  ## the table of docs/notes/own-garments.md: garments drawn by hand, by the plans that are proposed; hours
 	$(BIN)/python -m benchmarks.own_garments --out runs/own-garments --write-docs
-
-golden: $(DEV)  ## what this tree makes of many commands, to be compared with another tree's: see benchmarks/golden.py
-	$(BIN)/python -m benchmarks.golden run . runs/golden
 
 tangle: $(READY)  ## 1,200 folds of limp cloth: in how many anything passes through; a quarter of an hour
 	$(BIN)/python -m benchmarks.tangle --write-docs

@@ -10,10 +10,10 @@ by its seed (`tests.abuse.scene(SEED)`), and the exit code is then 1.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
+from argparse import SUPPRESS
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from faulthandler import dump_traceback_later
@@ -21,7 +21,7 @@ from pathlib import Path
 
 from tests.abuse import acceptable, outcome
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from benchmarks.timed_folds import towel
 from tatamu import simulate
 from tatamu.base.files import write_json
@@ -64,12 +64,11 @@ def table(found: dict[int, str]) -> list[dict[str, object]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("runs/abuse.json"))
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/benchmarks.md")
-    parser.add_argument("--worker", type=int, nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--worker", type=int, nargs=2, help=SUPPRESS)
     options = parser.parse_args()
     if options.worker:
         return worker(range(*options.worker))
@@ -83,10 +82,8 @@ def main() -> None:
     wrong = {seed: kind for seed, kind in found.items() if not acceptable(kind)}
     rows = table(found)
     write_json(options.out, {"scenes": len(found), "outcomes": rows, "wrong": wrong})
-    print(markdown(rows))
-    print(f"\n{len(found)} scenes, {len(wrong)} wrong: {wrong}")
-    if options.write_docs:
-        publish("abuse", markdown(rows))
+    show({"abuse": rows}, options.write_docs)
+    print(f"{len(found)} scenes, {len(wrong)} wrong: {wrong}")
     sys.exit(1 if wrong else 0)
 
 

@@ -10,9 +10,8 @@ not run again.
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,8 @@ import numpy as np
 from scipy.stats import binom
 
 from benchmarks.ruler import HUMAN, MARK, measured, readings
-from benchmarks.tables import IMAGES, publish
-from tatamu.base.files import write_json, write_text
+from benchmarks.tables import IMAGES, arguments, kept, show
+from tatamu.base.files import write_text
 from tatamu.calibration import Calibration, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
@@ -82,22 +81,24 @@ def compared(found: Calibration, true: Material) -> dict[str, Any]:
 def recovery(out: Path, draws: int, repeats: int) -> list[dict[str, Any]]:
     """Calibrate to the readings of hidden materials: once rounded only, and `repeats` times with reading errors."""
     rows = []
-    exact = {name: MARK / float(np.sqrt(12.0)) for name in ("length", "mass", "H_s")}
     for draw in range(draws):
-        path = out / f"recovery-{draw}.json"
-        if not path.exists():
-            random = np.random.default_rng([6, draw])
-            material, size, free = hidden(random)
-            true = measured(material, "native", size, free)
-            started = time.process_time()
-            rounded = compared(calibrate(readings(true, size, exact)), material)
-            seconds = time.process_time() - started
-            noisy = [compared(calibrate(readings(true, size, HUMAN, random)), material) for _ in range(repeats)]
-            row = {"material": material.model_dump(), "size": size, "true": true, "seconds": seconds}
-            write_json(path, {**row, "rounded": rounded, "noisy": noisy})
-        rows.append(json.loads(path.read_text()))
+        rows.append(kept(out / f"recovery-{draw}.json", partial(recovered, draw, repeats)))
         print(f"draw {draw}: {rows[-1]['seconds']:.1f} s a calibration", flush=True)
     return rows
+
+
+def recovered(draw: int, repeats: int) -> dict[str, Any]:
+    """Calibrate to the readings of one hidden material."""
+    exact = {name: MARK / float(np.sqrt(12.0)) for name in ("length", "mass", "H_s")}
+    random = np.random.default_rng([6, draw])
+    material, size, free = hidden(random)
+    true = measured(material, "native", size, free)
+    started = time.process_time()
+    rounded = compared(calibrate(readings(true, size, exact)), material)
+    seconds = time.process_time() - started
+    noisy = [compared(calibrate(readings(true, size, HUMAN, random)), material) for _ in range(repeats)]
+    row = {"material": material.model_dump(), "size": size, "true": true, "seconds": seconds}
+    return {**row, "rounded": rounded, "noisy": noisy}
 
 
 def recovery_table(rows: list[dict[str, Any]]) -> str:
@@ -205,23 +206,19 @@ def draw(name: str, test: CalibrationTest, material: Material) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("what", choices=("recovery", "pinch", "drawings"))
     parser.add_argument("--out", type=Path, default=Path("runs/calibration"))
     parser.add_argument("--draws", type=int, default=20)
     parser.add_argument("--repeats", type=int, default=4)
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     if options.what == "drawings":
         drawings()
-        return
-    if options.what == "pinch":
-        table = pinch_table(options.out)
+    elif options.what == "pinch":
+        show({"calibration: pinch": pinch_table(options.out)}, options.write_docs)
     else:
-        table = recovery_table(recovery(options.out, options.draws, options.repeats))
-    print(table)
-    if options.write_docs:
-        publish(f"calibration: {options.what}", table)
+        rows = recovery(options.out, options.draws, options.repeats)
+        show({"calibration: recovery": recovery_table(rows)}, options.write_docs)
 
 
 if __name__ == "__main__":

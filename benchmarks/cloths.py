@@ -11,20 +11,18 @@ the real cloth. What is in the folder is not run again.
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.ruler import measured, readings, settling
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, kept, markdown, show
 from tatamu.after.second_opinion.check import check
 from tatamu.api import learn
-from tatamu.base.files import write_json
 from tatamu.calibration import calibrate
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.sag import Sag
@@ -242,29 +240,25 @@ def replayed_line(case: Case, row: dict[str, Any]) -> dict[str, str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", help="cloths, such as towel or denim; default: all")
     parser.add_argument("--manipulations", type=int, default=30)
     parser.add_argument("--trials", type=int, default=15)
     parser.add_argument("--out", type=Path, default=Path("runs/calibration"))
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     rows = []
     for case in cases():
         path = options.out / f"cloth-{case.title}.json"
-        if not path.exists() and (not options.only or case.name in options.only):
-            write_json(path, compare(case, options.manipulations, options.trials, options.out))
-        if path.exists():
-            rows.append((case, json.loads(path.read_text())))
+        if path.exists() or not options.only or case.name in options.only:
+            find = partial(compare, case, options.manipulations, options.trials, options.out)
+            rows.append((case, kept(path, find)))
     learned = [(case, row) for case, row in rows if case.learner == "native"]
     tables = [
         markdown([line(*row) for row in some])
         for line, some in ((measured_line, rows), (compared_line, rows), (replayed_line, learned))
         if some
     ]
-    print("\n\n".join(tables))
-    if options.write_docs:
-        publish("calibration: cloths", "\n\n".join(tables))
+    show({"calibration: cloths": "\n\n".join(tables)}, options.write_docs)
 
 
 if __name__ == "__main__":

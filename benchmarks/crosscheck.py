@@ -8,7 +8,6 @@ Every simulation is kept in --out. To resume an interrupted run, run the same co
 
 from __future__ import annotations
 
-import argparse
 from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import spearmanr
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from tatamu.after.second_opinion.check import modify_scene
 from tatamu.api import learn
 from tatamu.base.errors import SimulationError
@@ -138,21 +137,24 @@ def _millimetres(found: Entry) -> str:
     return f"{1e3 * found.score.mean_vertex_distance:.1f}" if found.score else "failed"
 
 
+def tables(columns: dict[str, Column], simulators: list[str], part: str) -> dict[str, list[dict[str, str]]]:
+    """Return the table of pairs of simulators, and that of manipulations, by their marks in the docs."""
+    pairs = [pair(columns, *two) for two in combinations(simulators, 2)]
+    return {f"agreement: {part}": pairs, f"agreement: {part}, each": distances(columns)}
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--simulators", default="native,blender,mujoco")
     parser.add_argument("--random", type=int, default=10)
     parser.add_argument("--fold", type=Path, metavar="DIR", help="a learned fold in place of the two towels")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS))
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/second-opinion.md")
     options = parser.parse_args()
     names = options.simulators.split(",")
     if options.fold:
         columns = compare(Result.load(options.fold), names, options.out, options.random)
-        print(
-            markdown([pair(columns, *two) for two in combinations(names, 2)]), markdown(distances(columns)), sep="\n\n"
-        )
+        show(tables(columns, names, "fold"), write=False)
         return
     for part in options.only:
         size: Any = PARTS[part]
@@ -162,11 +164,7 @@ def main() -> None:
         learned = Result.load(folder / "towel")
         finer = [HALVED] if part == "small" else []
         columns = compare(learned, [*names, *finer], folder / "agreement", options.random)
-        tables = {part: [pair(columns, *two) for two in combinations(names, 2)], f"{part}, each": distances(columns)}
-        for mark, rows in tables.items():
-            print(markdown(rows), flush=True)
-            if options.write_docs:
-                publish(f"agreement: {mark}", markdown(rows))
+        show(tables(columns, names, part), options.write_docs)
 
 
 if __name__ == "__main__":

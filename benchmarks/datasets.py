@@ -5,7 +5,6 @@ python -m benchmarks.datasets --out runs/datasets --write-docs
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 import warnings
 from collections.abc import Callable, Sequence
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import bootstrap
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from tatamu import make_task
 from tatamu.evaluation.disturbances import load_disturbances
 from tatamu.evaluation.success import interval_of
@@ -260,9 +259,8 @@ def _try(policy: Policy, held_out: DatasetSpecification, record: Any) -> tuple[f
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, default=Path(tempfile.gettempdir()) / "tatamu-datasets")
-    parser.add_argument("--write-docs", action="store_true")
     names = ("speed", "pictures", "read back", "policy")
     parser.add_argument("--only", nargs="+", choices=names, default=names, help="these tables")
     chosen = parser.parse_args()
@@ -275,10 +273,7 @@ def main() -> None:
         "policy": lambda: policies(dataset),
     }
     for name in chosen.only:
-        table = markdown(tables[name]())
-        print(f"{name}\n{table}\n", flush=True)
-        if chosen.write_docs:
-            publish(f"datasets: {name}", table)
+        show({f"datasets: {name}": tables[name]()}, chosen.write_docs)
 
 
 if __name__ == "__main__":

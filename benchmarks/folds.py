@@ -8,7 +8,6 @@ docs/notes/folds.md and its pictures are replaced.
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import subprocess
 import sys
@@ -17,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import IMAGES, markdown, publish
+from benchmarks.tables import IMAGES, SCORES, Columns, arguments, markdown, show, shown
 from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.fold import Fold, ideal_folds
@@ -40,16 +39,12 @@ FOLDS = {
     "towel-quarters": ("towel", "quarters", 1, 20),
 }
 """Garment, fold, largest number of seeds, and trials for each step. Both plans of the trousers start with `leg`."""
-COLUMNS = {
+COLUMNS: Columns = {
     "fold": lambda row: row["fold"],
     "seed": lambda row: row["seed"],
     "vertices": lambda row: row["vertices"],
     "trials": lambda row: row["trials"],
-    "mean distance [mm]": lambda row: f"{1e3 * row['mean_vertex_distance']:.2f}",
-    "mask IoU": lambda row: f"{row['mask_iou']:.3f}",
-    "E_f [%]": lambda row: f"{row['area_error']:.2f}",
-    "slip [mm]": lambda row: f"{1e3 * row['slip']:.2f}",
-    "residual bend [mm]": lambda row: f"{1e3 * row['residual_bend']:.1f}",
+    **SCORES,
     "crossings, end (most)": lambda row: f"{row['crossings']['final']} ({row['crossings']['most']})",
     "from flat: mean distance [mm]": lambda row: f"{1e3 * row['whole']['mean_vertex_distance']:.2f}",
     "from flat: IoU": lambda row: f"{row['whole']['mask_iou']:.3f}",
@@ -127,11 +122,6 @@ def _single(result: ResultRecord) -> dict[str, Any]:
     return {**best, "folder": ".", "title": "", "crossings": crossings, "whole": best}
 
 
-def shown(rows: list[dict[str, Any]]) -> list[dict[str, str]]:
-    """Return the columns of learned folds as text."""
-    return [{name: str(show(row)) for name, show in COLUMNS.items()} for row in rows]
-
-
 def draw(out: Path, images: Path) -> str:
     """Draw the pictures of the docs: learned folds, and the shop fold's plan on the flat T-shirt; their Markdown."""
     links = ""
@@ -145,18 +135,14 @@ def draw(out: Path, images: Path) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--trials", type=int, default=60)
     parser.add_argument("--only", choices=FOLDS, action="append")
-    parser.add_argument("--write-docs", action="store_true")
     parser.add_argument("--targets", action="store_true", help="only the table of ideal shapes")
     options = parser.parse_args()
-    targets = target_rows()
-    print(markdown(targets), flush=True)
-    if options.write_docs:
-        publish("targets", markdown(targets))
+    show({"targets": target_rows()}, options.write_docs)
     if options.targets:
         return
     rows = []
@@ -164,11 +150,10 @@ def main() -> None:
         for seed in range(min(seeds, options.seeds)):
             if not options.only or name in options.only:
                 rows += learned(name, garment, fold, seed, min(trials, options.trials), options.out)
-                print(markdown(shown(rows[-1:])), flush=True)
+                print(markdown(shown(rows[-1:], COLUMNS)), flush=True)
     write_json(options.out / "table.json", rows)
-    print(markdown(shown(rows)))
-    if options.write_docs:
-        publish("folds", markdown(shown(rows)) + draw(options.out, IMAGES))
+    drawings = draw(options.out, IMAGES) if options.write_docs else ""
+    show({"folds": markdown(shown(rows, COLUMNS)) + drawings}, options.write_docs)
 
 
 if __name__ == "__main__":

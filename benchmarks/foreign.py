@@ -8,13 +8,12 @@ go on. With `--write-docs` the table in docs/notes/garments.md is replaced.
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 from typing import Any
 
 from tests.foreign import BROKEN, GOOD
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from tatamu.api import learn
 from tatamu.base.errors import InputError
 from tatamu.base.files import write_json
@@ -67,20 +66,17 @@ def shown(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--trials", type=int, default=8)
-    parser.add_argument("--write-docs", action="store_true")
     given = parser.parse_args()
     rows = []
     for kind in GOOD:
         rows.append(fold(kind, given.out, given.trials))
         print(rows[-1], flush=True)
     write_json(given.out / "table.json", rows)
-    table = markdown([shown(row) for row in rows])
-    print(f"{table}\n{len(BROKEN)} broken ones are refused, see tests/foreign.py")
-    if given.write_docs:
-        publish("foreign", table)
+    show({"foreign": [shown(row) for row in rows]}, given.write_docs)
+    print(f"{len(BROKEN)} broken ones are refused, see tests/foreign.py")
 
 
 if __name__ == "__main__":

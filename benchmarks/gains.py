@@ -10,7 +10,6 @@ products of 300 x 300 matrices on one core, which is measured before and after e
 
 from __future__ import annotations
 
-import argparse
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -26,7 +25,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from benchmarks.tables import IMAGES, markdown, publish
+from benchmarks.tables import IMAGES, arguments, show
 from tatamu.base.files import read_json, write_json
 from tatamu.evaluation.disturbances import Stream, default_disturbances, sample_scenarios
 from tatamu.evaluation.disturbances.aim import aim_for
@@ -236,12 +235,11 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", default="towel=5,tshirt=3,leg=3", help=f"how many of each of {', '.join(CASES)}")
     parser.add_argument("--jobs", type=int, default=1, help="processes side by side")
     parser.add_argument("--table", action="store_true", help="show what is there, and learn nothing")
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     counts = dict(part.split("=") for part in options.seeds.split(","))
     wanted = jobs({case: int(counts[case]) for case in CASES if case in counts})
@@ -250,10 +248,8 @@ def main() -> None:
         run(wanted, options.out, options.jobs)
     found = [read_json(job.file(options.out)) for job in wanted if job.file(options.out).exists()]
     table = rows(found)
-    print(markdown(table))
+    show({"gains": table, "gains: short": short(table)}, options.write_docs)
     if options.write_docs:
-        publish("gains", markdown(table))
-        publish("gains: short", markdown(short(table)))
         draw(found, "towel", IMAGES / "gains.svg")
 
 

@@ -10,12 +10,11 @@ table in docs/notes/learning.md.
 
 from __future__ import annotations
 
-import argparse
 import resource
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import SCORES, Columns, arguments, show, shown
 from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.task import Task, make_task
@@ -24,17 +23,13 @@ from tatamu.search.gp import GPSearch
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 
-COLUMNS = {
+COLUMNS: Columns = {
     "search": lambda row: row["search"],
     "seed": lambda row: row["seed"],
     "best trial": lambda row: row["best"],
     "C": lambda row: f"{row['objective']:.4f}",
     "l_x [m]": lambda row: f"{row['trajectory_length']:.3f}",
-    "mean distance [mm]": lambda row: f"{1e3 * row['mean_vertex_distance']:.2f}",
-    "mask IoU": lambda row: f"{row['mask_iou']:.3f}",
-    "E_f [%]": lambda row: f"{row['area_error']:.2f}",
-    "slip [mm]": lambda row: f"{1e3 * row['slip']:.2f}",
-    "residual bend [mm]": lambda row: f"{1e3 * row['residual_bend']:.1f}",
+    **SCORES,
     "failed trials": lambda row: row["failed"],
     "search [s]": lambda row: f"{row['seconds']:.0f}",
 }
@@ -55,17 +50,11 @@ def study(task: Task, folder: Path, sampler: str, seed: int, trials: int) -> tup
     return {"search": sampler, "seed": seed, "best": result.best, **row}, baselines
 
 
-def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return the table of searches and baselines."""
-    return [{name: column(row) for name, column in COLUMNS.items()} for row in rows]
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--trials", type=int, default=50)
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     task = make_task("towel")
     rows: list[dict[str, Any]] = []
@@ -76,10 +65,8 @@ def main() -> None:
             rows.append(row)
     rows += [{"search": b["title"], "seed": "-", "best": "-", "failed": "-", **b} for b in baselines]
     write_json(options.out / "table.json", rows)
-    print(markdown(shown(rows)))
-    print(f"\npeak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
-    if options.write_docs:
-        publish("learning: long", markdown(shown(rows)))
+    show({"learning: long": shown(rows, COLUMNS)}, options.write_docs)
+    print(f"peak memory of this process {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB")
 
 
 if __name__ == "__main__":

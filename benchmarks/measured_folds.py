@@ -10,7 +10,6 @@ to resume, repeat the command.
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -23,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from tatamu.after.feedback import Feedback, FeedbackFolder, feedback_of, from_numbers
 from tatamu.after.feedback.correction import added, shifts_against
 from tatamu.api import learn
@@ -199,21 +198,15 @@ def interval(values: np.ndarray, form: str) -> str:
 
 
 def main() -> None:
-    """Measure, print, and put the table into its page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, default=Path("runs/measured-folds"))
     parser.add_argument("--set-ups", type=int, default=20)
     parser.add_argument("--draws", type=int, default=24)
     parser.add_argument("--trials", type=int, default=24)
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     rows = rows_of(options.out, options.set_ups, options.draws, options.trials)
-    text = markdown(list(table(rows)))
-    print(text, flush=True)
-    if options.write_docs:
-        publish("measured folds", text)
-        publish("measured folds: short", short(rows))
+    show({"measured folds": list(table(rows)), "measured folds: short": short(rows)}, options.write_docs)
 
 
 if __name__ == "__main__":

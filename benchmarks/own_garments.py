@@ -8,12 +8,11 @@ that are there go on.
 
 from __future__ import annotations
 
-import argparse
 import json
 from pathlib import Path
 from typing import Any
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, markdown, show
 from tatamu.api import learn
 from tatamu.base.files import write_json
 from tatamu.folding.task import make_task
@@ -74,11 +73,10 @@ def shown(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--only", nargs="+", default=sorted(path.stem for path in GARMENTS.glob("*.toml")))
     parser.add_argument("--trials", type=int, default=FULL)
-    parser.add_argument("--write-docs", action="store_true")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     table = given.out / "table.json"
@@ -87,9 +85,7 @@ def main() -> None:
         kept[name] = fold(name, given.out / name, given.trials)
         write_json(table, kept)
         print(markdown([shown(row) for row in kept[name]]), flush=True)
-    if given.write_docs:
-        rows = markdown([shown(row) for name in sorted(kept) for row in kept[name]])
-        publish("own garments", rows)
+    show({"own garments": [shown(row) for name in sorted(kept) for row in kept[name]]}, given.write_docs)
 
 
 if __name__ == "__main__":

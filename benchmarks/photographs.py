@@ -8,7 +8,6 @@ read with both pages of its board, with the first page and the lens, with the fi
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +19,7 @@ import shapely
 from PIL import Image
 from tests.photographs import BLUE, WOOD, Cloth, Paper, Shot, laid, photograph
 
-from benchmarks.tables import IMAGES, markdown, publish
+from benchmarks.tables import IMAGES, arguments, show
 from tatamu.base.errors import InputError
 from tatamu.cameras.board import Board, page
 from tatamu.cameras.camera import estimate
@@ -295,11 +294,9 @@ def pictures(folder: Path) -> None:
 
 
 def main() -> None:
-    """Measure, print, and put the tables into their page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--only", choices=("locate", "fold"), help="a part of it")
     parser.add_argument("--out", type=Path, help="folder that keeps photos and drawings; default: none are kept")
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     with TemporaryDirectory() as temporary:
         folder = options.out or Path(temporary)
@@ -312,10 +309,7 @@ def main() -> None:
             tables |= {"photographs: folds": folds(folder)}
             if options.write_docs:
                 pictures(folder)
-    for name, rows in tables.items():
-        print(f"\n{name}\n{markdown(rows)}")
-        if options.write_docs:
-            publish(name, markdown(rows))
+    show(tables, options.write_docs)
 
 
 if __name__ == "__main__":

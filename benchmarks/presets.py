@@ -9,11 +9,10 @@ reach.
 
 from __future__ import annotations
 
-import argparse
 import time
 from typing import Any
 
-from benchmarks.tables import markdown, merged, publish, published
+from benchmarks.tables import arguments, markdown, merged, publish, published
 from tatamu.base.errors import InputError
 from tatamu.folding.task import Reach, check_reach, make_task
 from tatamu.robots import ReachConstraint, Robot, load
@@ -62,9 +61,8 @@ def row(name: str) -> dict[str, Any]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments(__doc__)
     parser.add_argument("--only", default="", help="a word in the robots' names")
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     rows = []
     for name in NAMES:

@@ -9,15 +9,14 @@ run again; rows of the table that were not asked for stay.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.tables import markdown, merged, publish, published
-from tatamu.base.files import read_json, write_json
+from benchmarks.tables import arguments, kept, merged, published, show
 from tatamu.calibration import Measurements, calibrate
 from tatamu.calibration.bias import Bias
 from tatamu.calibration.crease import PressedCrease
@@ -192,29 +191,24 @@ def line(name: str, rows: list[dict[str, Any]]) -> dict[str, str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--only", action="append", default=[], metavar="READING", choices=list(READINGS))
     parser.add_argument("--kept", action="store_true", help="only the first draws, those that are there")
-    parser.add_argument("--write-docs", action="store_true", help="write the table into docs/notes/calibration.md")
     options = parser.parse_args()
     lines = []
     for name in options.only or READINGS:
         rows = []
         for draw in range(options.draws):
-            kept = options.out / f"{name}-{draw}.json"
-            if not kept.exists() and options.kept:
+            file = options.out / f"{name}-{draw}.json"
+            if options.kept and not file.exists():
                 break
-            if not kept.exists():
-                write_json(kept, recovered(name, draw))
-            rows.append(read_json(kept))
+            rows.append(kept(file, partial(recovered, name, draw)))
             print(f"{name} {draw}: {rows[-1]}", flush=True)
         lines.append(line(name, rows))
-    print(markdown(lines))
-    if options.write_docs:
-        before = published("calibration: readings")
-        publish("calibration: readings", markdown(merged(before, lines, "reading")))
+    before = published("calibration: readings")
+    show({"calibration: readings": merged(before, lines, "reading")}, options.write_docs)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,6 @@ A file of the folder keeps what each study found, and each verdict; to resume, r
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -17,8 +15,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.gains import CASES, DRAWS, UNUSED_SEED, in_fresh_scenarios, ranged, simulations_of
-from benchmarks.tables import markdown, publish
-from tatamu.base.files import read_json, write_json
+from benchmarks.tables import arguments, kept, show
 from tatamu.evaluation.array import LEVEL
 from tatamu.evaluation.disturbances import Scenario, Stream, default_disturbances, disturbed_scene, sample_scenarios
 from tatamu.evaluation.nominal import Nominal
@@ -115,27 +112,15 @@ def meshes(out: Path) -> list[dict[str, str]]:
     return table
 
 
-def kept(file: Path, find: Callable[[], Any]) -> Any:
-    """Return what a file keeps, or find it and keep it."""
-    if not file.exists():
-        write_json(file, {"found": find()})
-    return read_json(file)["found"]
-
-
 def main() -> None:
-    """Measure, print, and put the tables into their page."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--only", choices=["levels", "meshes"])
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
     for name in [options.only] if options.only else ["meshes", "levels"]:
         rows = levels(options.out, options.seeds) if name == "levels" else meshes(options.out)
-        print(markdown(rows), flush=True)
-        if options.write_docs:
-            publish(f"scenarios: {name}", markdown(rows))
+        show({f"scenarios: {name}": rows}, options.write_docs)
 
 
 if __name__ == "__main__":

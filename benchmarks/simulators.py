@@ -8,20 +8,19 @@ MuJoCo. What is there already is not run again: remove --out after a change.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tests.physics import Subject, validate
 from tests.physics.checks import CHECKS
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, kept, show
 from benchmarks.timed_folds import towel
 from tatamu.base.errors import TatamuError
-from tatamu.base.files import write_json
+from tatamu.base.files import read_json, write_json
 from tatamu.simulation.blender.process import WORKERS
 from tatamu.simulation.simulators import SIMULATORS, simulate
 
@@ -42,7 +41,7 @@ def checked(name: str, folder: Path, long: bool) -> Found:
             if report.results:
                 write_json(path, report.to_json())
         if path.exists():
-            found[check] = json.loads(path.read_text())["checks"][0]
+            found[check] = read_json(path)["checks"][0]
     return found
 
 
@@ -86,23 +85,16 @@ def _cell(row: dict[str, Any] | None, limit: float | None) -> str:
     return f"**{error}**" if limit is not None and row["error"] > limit else error
 
 
-def folded(name: str, folder: Path) -> dict[str, object]:
+def folded(name: str) -> dict[str, str]:
     """A towel fold on a 2 cm mesh: height of the loop, distance from the ideal fold, processor seconds."""
-    path = folder / name / "fold.json"
-    if not path.exists():
-        write_json(path, {"simulator": name, **_fold(name)})
-    row: dict[str, object] = json.loads(path.read_text())
-    return row
-
-
-def _fold(name: str) -> dict[str, object]:
-    fold = towel(0.02)
+    fold, row = towel(0.02), {"simulator": name}
     before = spent()
     try:
         rollout = simulate(fold.scene, name)
     except TatamuError as error:
-        return {"loop [mm]": str(error), "from the ideal fold [mm]": "-", "processor, start included [s]": "-"}
+        return {**row, "loop [mm]": str(error), "from the ideal fold [mm]": "-", "processor, start included [s]": "-"}
     return {
+        **row,
         "loop [mm]": f"{1e3 * rollout.positions[-1][:, 2].max():.0f}",
         "from the ideal fold [mm]": f"{1e3 * fold.distance(rollout):.1f}",
         "processor, start included [s]": f"{spent() - before:.1f}",
@@ -116,18 +108,14 @@ def spent() -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, default=Path("runs/simulators"))
     parser.add_argument("--simulators", nargs="+", default=list(SIMULATORS), choices=list(SIMULATORS))
     parser.add_argument("--long", action="store_true", help="all cases of every check")
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/simulators.md")
     options = parser.parse_args()
     found = {name: checked(name, options.out, options.long) for name in options.simulators}
-    tables = {"checks": list(shortfalls(found)), "fold": [folded(name, options.out) for name in options.simulators]}
-    for mark, rows in tables.items():
-        print(markdown(rows))
-        if options.write_docs:
-            publish(mark, markdown(rows))
+    folds = [kept(options.out / name / "fold.json", partial(folded, name)) for name in options.simulators]
+    show({"checks": list(shortfalls(found)), "fold": folds}, options.write_docs)
 
 
 if __name__ == "__main__":

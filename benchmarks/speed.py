@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.engines import ENGINES
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from benchmarks.timed_folds import FABRICS, FOLDED, Fold, towel
 from benchmarks.timed_rollouts import Case, Timing, check_folded, timed
 from tatamu import HandTarget, Simulation, __version__, simulate, simulate_many
@@ -256,24 +256,20 @@ PARTS: dict[str, Callable[[argparse.Namespace], list[Row]]] = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), help="these parts")
     parser.add_argument("--simulators", nargs="+", choices=ENGINES, default=list(ENGINES))
     parser.add_argument("--runs", type=int, default=3, help="rollouts of each kind, at most")
     parser.add_argument("--out", type=Path, default=Path("runs/speed"), help="folder of the rollouts and results.json")
     parser.add_argument("--limit", type=float, default=1800.0, help="a rollout that takes longer is given up [s]")
     parser.add_argument("--kept", action="store_true", help="answer: only what was run before")
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/notes/benchmarks.md")
     options = parser.parse_args()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     for part in sorted(options.only, key=lambda name: name == "throughput"):  # the one that takes all cores is last
         rows = PARTS[part](options)
         _record(options.out / "results.json", part, rows)
-        print(f"\n{part}\n\n{markdown(rows)}", flush=True)
-        if options.write_docs:
-            publish(part, markdown(rows))
-            if part == "towel":
-                publish("speed: short", _sentence(rows))
+        short = {"speed: short": _sentence(rows)} if part == "towel" and options.write_docs else {}
+        show({part: rows, **short}, options.write_docs)
 
 
 def _record(out: Path, part: str, rows: list[Row]) -> None:

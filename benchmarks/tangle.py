@@ -10,12 +10,10 @@ may happen once in hundreds.
 
 from __future__ import annotations
 
-import argparse
-
 from tests.physics.checks.bodies import deepest_poke
 from tests.physics.checks.tangle import crossings_of_fold
 
-from benchmarks.tables import markdown, publish
+from benchmarks.tables import arguments, show
 from tatamu.simulation.native import simulate
 
 FIRST = 300
@@ -50,17 +48,12 @@ def pokes(count: int) -> dict[str, object]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--folds", type=int, default=600, help="of each kind")
     parser.add_argument("--pokes", type=int, default=200, help="fingers that fly into cloth")
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
-    table = markdown([line(fast, options.folds) for fast in (True, False)])
-    poked = markdown([pokes(options.pokes)])
-    print(table, poked, sep="\n\n")
-    if options.write_docs:
-        publish("tangle", table)
-        publish("tangle: pokes", poked)
+    table = [line(fast, options.folds) for fast in (True, False)]
+    show({"tangle": table, "tangle: pokes": [pokes(options.pokes)]}, options.write_docs)
 
 
 if __name__ == "__main__":

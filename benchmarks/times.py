@@ -1,7 +1,6 @@
 """How long whole commands take, as ratios to one rollout of the same run: the table "times" of docs/notes/learning.md.
 
-    python -m benchmarks.times --out runs/times [--cases towel,tshirt,leg,disturbed,shop] [--seeds 1] [--one-mesh]
-                               [--write-docs]
+    python -m benchmarks.times --out runs/times [--cases towel,tshirt,leg,disturbed,shop] [--seeds 1] [--write-docs]
 
 Every command is a process of its own, one after the other, with compiled kernels there; its report and its three fixed
 trajectories are part of it. The reference is one fold of the default towel on its default mesh, simulated before and
@@ -12,7 +11,6 @@ What was measured is kept in the folder and not run again; cases that were measu
 
 from __future__ import annotations
 
-import argparse
 import resource
 import subprocess
 import sys
@@ -22,7 +20,7 @@ from statistics import median
 from time import perf_counter
 from typing import NamedTuple
 
-from benchmarks.tables import markdown, merged, publish, published
+from benchmarks.tables import arguments, markdown, merged, published, show
 from tatamu.base.files import read_json, write_json
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.baselines import triangle
@@ -130,17 +128,16 @@ def _objective(found: ResultRecord | PlanRecord) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--cases", default="towel,tshirt,leg,disturbed", help=f"of {', '.join(CASES)}")
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--write-docs", action="store_true")
     options = parser.parse_args()
     reference()  # loads the kernels
     rows = []
     wanted = options.cases.split(",")
-    for case, arguments in CASES.items():
-        words = ["learn", *arguments]
+    for case, given in CASES.items():
+        words = ["learn", *given]
         there = [seed for seed in range(options.seeds) if (folder_of(words, seed, options.out) / KEPT).exists()]
         seeds = range(options.seeds) if case in wanted else there
         if seeds:
@@ -148,10 +145,8 @@ def main() -> None:
             print(rows[-1], flush=True)
     one = reference()
     table = markdown(merged(published("times"), rows, "command"))
-    print(table)
-    if options.write_docs:
-        note = f"{processors()} processors; the reference rollout took {one.processor:.2f} processor seconds."
-        publish("times", f"{table}\n\n{note}")
+    note = f"{processors()} processors; the reference rollout took {one.processor:.2f} processor seconds."
+    show({"times": f"{table}\n\n{note}"}, options.write_docs)
 
 
 if __name__ == "__main__":

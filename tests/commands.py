@@ -41,6 +41,14 @@ def tatamu(*arguments: str, cwd: Path | None = None) -> Ended:
     return Ended(code, out.getvalue(), err.getvalue())
 
 
+def refused(*arguments: str, cwd: Path | None = None) -> str:
+    """Return the line on stderr with which `tatamu ARGUMENTS` ends, which is all that it writes; its exit code is 2."""
+    ended = tatamu(*arguments, cwd=cwd)
+    assert (ended.returncode, ended.stderr.count("\n")) == (2, 1), ended
+    assert ended.stderr.startswith("tatamu: ")
+    return ended.stderr
+
+
 def command(*arguments: object) -> str:
     """Return what a command prints, or raise its error."""
     result = CliRunner().invoke(app, [*map(str, arguments)])

@@ -24,25 +24,32 @@ def svg(body: str, width: float = 540, height: float = 460) -> str:
     )
 
 
+def written(folder: Path, name: str, text: str) -> Path:
+    """The path of a file with a text."""
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def meshed(folder: Path, name: str, vertices: np.ndarray, faces: np.ndarray) -> Path:
+    """The path of a file with a mesh, in the format of the name's ending."""
+    trimesh.Trimesh(vertices, faces, process=False).export(folder / name)
+    return folder / name
+
+
 def apron_svg(folder: Path) -> Path:
     """One layer with curved sides."""
-    path = folder / "apron.svg"
-    path.write_text(
-        svg('<path d="M 100 0 L 300 0 C 300 120 380 150 400 160 L 400 500 L 0 500 L 0 160 C 20 150 100 120 100 0 Z"/>')
-    )
-    return path
+    outline = "M 100 0 L 300 0 C 300 120 380 150 400 160 L 400 500 L 0 500 L 0 160 C 20 150 100 120 100 0 Z"
+    return written(folder, "apron.svg", svg(f'<path d="{outline}"/>'))
 
 
 def tshirt_svg(folder: Path) -> Path:
     """Two layers: open where lines with names lie on the outline."""
-    path = folder / "shirt.svg"
     openings = (
         '<line id="hem" x1="110" y1="460" x2="430" y2="460"/>'
         '<path id="neck" d="M 220 0 C 240 40 300 40 320 0"/>'
         '<polyline id="cuff_l" points="0,110 40,190"/><polyline id="cuff_r" points="540,110 500,190"/>'
     )
-    path.write_text(svg(f'<path id="outline" d="{TSHIRT}"/>{openings}'))
-    return path
+    return written(folder, "shirt.svg", svg(f'<path id="outline" d="{TSHIRT}"/>{openings}'))
 
 
 def pillowcase_dxf(folder: Path) -> Path:
@@ -63,33 +70,27 @@ def pillowcase_dxf(folder: Path) -> Path:
 
 def skirt_toml(folder: Path) -> Path:
     """Two layers; openings given by points in the garment file; lying on its side in the drawing."""
-    (folder / "skirt.svg").write_text(svg('<polygon points="0,80 400,0 400,400 0,320"/>', 400, 400))
-    path = folder / "skirt.toml"
-    path.write_text(
-        '[garment]\noutline = "skirt.svg"\nup = "-x"\nfabric = "denim"\n'
-        "openings = {waist = [[0, 80], [0, 320]], hem = [[400, 0], [400, 400]]}\n"
-    )
-    return path
+    written(folder, "skirt.svg", svg('<polygon points="0,80 400,0 400,400 0,320"/>', 400, 400))
+    openings = "openings = {waist = [[0, 80], [0, 320]], hem = [[400, 0], [400, 400]]}"
+    text = f'[garment]\noutline = "skirt.svg"\nup = "-x"\nfabric = "denim"\n{openings}\n'
+    return written(folder, "skirt.toml", text)
 
 
 def cloth_obj(folder: Path) -> Path:
     """A flat mesh in millimetres."""
     vertices, faces = staggered_rectangle(0.3, 0.4, 0.011)
-    trimesh.Trimesh(vertices * 1e3, faces, process=False).export(folder / "cloth.obj")
-    path = folder / "cloth.toml"
-    path.write_text('[garment]\nname = "tea towel"\nmesh = "cloth.obj"\nscale = 0.001\nup = "x"\n')
-    return path
+    meshed(folder, "cloth.obj", vertices * 1e3, faces)
+    text = '[garment]\nname = "tea towel"\nmesh = "cloth.obj"\nscale = 0.001\nup = "x"\n'
+    return written(folder, "cloth.toml", text)
 
 
 def disc_stl(folder: Path) -> Path:
     """A round table mat, every corner of every triangle a vertex of its own; far too coarse, to be meshed anew."""
     angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     rim = 0.2 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    faces = [[0, 1 + k, 1 + (k + 1) % 24] for k in range(24)]
-    trimesh.Trimesh(np.vstack([[0, 0, 0], rim]), faces, process=False).export(folder / "mat.stl")
-    path = folder / "mat.toml"
-    path.write_text('[garment]\nmesh = "mat.stl"\nremesh = true\n')
-    return path
+    faces = np.array([[0, 1 + k, 1 + (k + 1) % 24] for k in range(24)])
+    meshed(folder, "mat.stl", np.vstack([[0, 0, 0], rim]), faces)
+    return written(folder, "mat.toml", '[garment]\nmesh = "mat.stl"\nremesh = true\n')
 
 
 def bag_ply(folder: Path) -> Path:
@@ -102,9 +103,7 @@ def bag_ply(folder: Path) -> Path:
     sides = {name: corners[[k, (k + 1) % 4]] for k, name in enumerate(("right", "top", "left", "mouth"))}
     bag = front_and_back("bag", Outline(sides), ["mouth"], load_preset("jersey").material, 0.011)
     x, y, z = bag.vertices.T
-    path = folder / "bag.ply"
-    trimesh.Trimesh(np.column_stack([-y, z, -x]), bag.faces, process=False).export(path)
-    return path
+    return meshed(folder, "bag.ply", np.column_stack([-y, z, -x]), bag.faces)
 
 
 def tube_glb(folder: Path) -> Path:
@@ -118,16 +117,10 @@ def tube_glb(folder: Path) -> Path:
     faces = []
     for k in range(along):
         for j in range(around):
-            a, b, c, d = (
-                k * around + j,
-                k * around + (j + 1) % around,
-                (k + 1) * around + j,
-                (k + 1) * around + (j + 1) % around,
-            )
+            a, b = k * around + j, k * around + (j + 1) % around
+            c, d = a + around, b + around
             faces += [[a, d, b], [a, c, d]] if k % 2 else [[a, c, b], [b, c, d]]
-    path = folder / "tube.glb"
-    trimesh.Trimesh(np.vstack(rows), faces, process=False).export(path)
-    return path
+    return meshed(folder, "tube.glb", np.vstack(rows), np.array(faces))
 
 
 GOOD: dict[str, Callable[[Path], Path]] = {
@@ -137,15 +130,11 @@ GOOD: dict[str, Callable[[Path], Path]] = {
 
 
 def crossing_svg(folder: Path) -> Path:
-    path = folder / "bow.svg"
-    path.write_text(svg('<polygon points="0,0 400,400 400,0 0,300"/>', 400, 400))
-    return path
+    return written(folder, "bow.svg", svg('<polygon points="0,0 400,400 400,0 0,300"/>', 400, 400))
 
 
 def open_svg(folder: Path) -> Path:
-    path = folder / "open.svg"
-    path.write_text(svg('<polyline points="0,0 400,0 400,400 0,400"/>', 400, 400))
-    return path
+    return written(folder, "open.svg", svg('<polyline points="0,0 400,0 400,400 0,400"/>', 400, 400))
 
 
 def fin_obj(folder: Path) -> Path:
@@ -154,36 +143,29 @@ def fin_obj(folder: Path) -> Path:
     middle = int(np.argmin(np.linalg.norm(vertices, axis=1)))
     face = faces[(faces == middle).any(axis=1)][0]
     fin = np.array([[face[0], face[1], len(vertices)]])
-    mesh = trimesh.Trimesh(np.vstack([vertices, [0, 0, 0.01]]), np.vstack([faces, fin]), process=False)
-    mesh.export(folder / "fin.obj")
-    return folder / "fin.obj"
+    return meshed(folder, "fin.obj", np.vstack([vertices, [0, 0, 0.01]]), np.vstack([faces, fin]))
 
 
 def inverted_ply(folder: Path) -> Path:
     """Some triangles face the other way."""
     vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
     faces[10:20] = faces[10:20, ::-1]
-    trimesh.Trimesh(vertices, faces, process=False).export(folder / "inverted.ply")
-    return folder / "inverted.ply"
+    return meshed(folder, "inverted.ply", vertices, faces)
 
 
 def millimetres_obj(folder: Path) -> Path:
     vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
-    trimesh.Trimesh(vertices * 1e3, faces, process=False).export(folder / "huge.obj")
-    return folder / "huge.obj"
+    return meshed(folder, "huge.obj", vertices * 1e3, faces)
 
 
 def unwelded_obj(folder: Path) -> Path:
     vertices, faces = staggered_rectangle(0.3, 0.4, 0.02)
-    soup = trimesh.Trimesh(vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3), process=False)
-    soup.export(folder / "soup.obj")
-    return folder / "soup.obj"
+    return meshed(folder, "soup.obj", vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3))
 
 
 def two_pieces_svg(folder: Path) -> Path:
-    path = folder / "pieces.svg"
-    path.write_text(svg('<rect width="200" height="400"/><rect x="300" width="200" height="300"/>'))
-    return path
+    rectangles = '<rect width="200" height="400"/><rect x="300" width="200" height="300"/>'
+    return written(folder, "pieces.svg", svg(rectangles))
 
 
 BROKEN: dict[str, tuple[Callable[[Path], Path], str]] = {

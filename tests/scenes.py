@@ -28,6 +28,21 @@ def sheet(width: float = 0.1, length: float = 0.2, spacing: float = 0.02, height
     return Cloth(vertices=vertices, faces=faces)
 
 
+def together(*sheets: Cloth) -> Cloth:
+    """Sheets that share nothing, as one cloth."""
+    starts = np.cumsum([0, *(len(each.vertices) for each in sheets)])
+    faces = [each.faces + start for each, start in zip(sheets, starts, strict=False)]
+    return Cloth(vertices=np.concatenate([each.vertices for each in sheets]), faces=np.concatenate(faces))
+
+
+def seamed() -> Cloth:
+    """A strip that hinges on a seam across its middle."""
+    strip = sheet(0.1, 0.24)
+    line = np.flatnonzero(np.abs(strip.vertices[:, 0]) < 1e-6)
+    line = line[np.argsort(strip.vertices[line, 1])]
+    return Cloth(vertices=strip.vertices, faces=strip.faces, seams=np.column_stack([line[:-1], line[1:]]))
+
+
 def scene(**changes: Any) -> Scene:
     """A sheet over a table; anything may be changed."""
     parts: dict[str, Any] = {

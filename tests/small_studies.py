@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from tatamu import (
-    Disturbances,
     LearnOptions,
     Nominal,
     Progress,
@@ -17,9 +16,9 @@ from tatamu import (
     Scenarios,
     Task,
     learn,
-    load_disturbances,
     make_task,
 )
+from tatamu.evaluation.disturbances import default_disturbances
 from tatamu.study.database import SharedDatabase
 
 COARSE: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
@@ -53,16 +52,15 @@ def learn_plain(
     return result
 
 
-def default_disturbances() -> Disturbances:
-    """The disturbances of `tatamu learn`."""
-    disturbances = load_disturbances("default")
-    assert disturbances is not None
-    return disturbances
-
-
 def over_scenarios(task: Task) -> Scenarios:
     """The scenarios of the default disturbances."""
     return Scenarios(Nominal(task), default_disturbances())
+
+
+def bytes_in(folder: Path) -> dict[str, bytes]:
+    """What the files of a folder contain, by their paths inside."""
+    files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
 def without_times(value: Any) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.simulators import simulate
@@ -145,3 +146,16 @@ def test_crossings_of_folds_are_counted(modules: Any, monkeypatch: pytest.Monkey
     monkeypatch.setattr(tangle, "crossings_of_fold", lambda simulate, seed, fast: next(made))
     row = tangle.line(True, 4)
     assert list(row.values()) == ["4 fast", 2, 1, 3, 1]
+
+
+@pytest.mark.slow
+def test_hidden_materials_come_back_with_honest_intervals(modules: Any, tmp_path: Path) -> None:
+    module = modules("calibration")
+    rows = module.recovery(tmp_path, draws=6, repeats=4)
+    covers = []
+    for name, limit in module.LIMITS.items():
+        told = [row["rounded"][name] for row in rows if row["rounded"][name]["stated"] <= limit / 2]
+        assert told and all(abs(each["error"]) <= limit for each in told if each["known"]), name
+        covers += [each[name]["covers"] for row in rows for each in row["noisy"] if each[name]["known"]]
+    low, high = binom.interval(0.99, len(covers), 0.6827)  # honest intervals fail this once in a hundred seeds
+    assert low <= np.sum(covers) <= high

@@ -10,7 +10,6 @@ import pytest
 
 from tatamu import Material, simulate
 from tatamu.base.errors import InputError
-from tatamu.base.files import validated
 from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
 from tatamu.calibration.loop import HEIGHT, LIFT, Loop
 from tatamu.calibration.match import match
@@ -19,6 +18,7 @@ from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.sag import Sag
 from tatamu.simulation.material import GRAVITY
 from tests.physics.chain import FoldedStrip
+from tests.readings import of_towel
 
 DENSITY, THICKNESS = 0.2, 0.001
 SIZE, FREE = (0.2, 0.4), 0.03
@@ -41,8 +41,7 @@ def loop_of(bending_length: float) -> float:
 
 
 def measured(**tables: Any) -> Measurements:
-    garment = {"name": "towel", "size": list(SIZE), "mass": DENSITY * SIZE[0] * SIZE[1], "thickness": THICKNESS}
-    return validated(Measurements, {"garment": garment, **tables}, "m.toml")
+    return of_towel(SIZE, DENSITY, THICKNESS, **tables)
 
 
 @pytest.mark.parametrize("bending_length", [0.012, 0.03])

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Set
 from typing import Any
 
 import pytest
 
+from tatamu.base.errors import InputError
+from tatamu.base.files import validated
 from tatamu.calibration import Measurements
 from tatamu.calibration.advice import NAMES
 from tatamu.calibration.measurements import TESTS, instructions, table
@@ -33,8 +36,55 @@ MEASURED: dict[str, dict[str, Any]] = {
 """A reading of each test; a new test adds its own."""
 
 
-def made() -> Measurements:
-    return Measurements.model_validate({"garment": GARMENT, **MEASURED})
+IMPOSSIBLE: list[tuple[str, dict[str, Any], str]] = [
+    ("friction", {"L_t": 0.6, "H_s": 100000000000000000000}, "at most 10"),
+    ("sag", {"free_length": 34, "sag": 0.02}, "write 0.034; in centimetres, 0.34"),
+    ("loop", {"height": 2.5}, "is the height in metres"),
+    ("plate", {"drape_coefficient": 47.0}, "write 0.47"),
+    ("plate", {"disc": 0.15}, "1.3 to 2.5 times plate"),
+    ("plate", {"nodes": [-1]}, "greater than or equal to 0"),
+    ("crease", {"angle": 200.0}, "in degrees, at most 180"),
+    ("crease", {"angle": -3.0}, "at least 0"),
+    ("crease", {"gap": 0.005}, "round both boards"),
+    ("swing", {"ten_swings": 1.2}, "3 to 40 s"),
+    ("fading", {"to": 0.09}, "at most 0.8 of aside"),
+    ("fading", {"count": [3, 101]}, "must be in swings, at most 100, given 101"),
+    ("bias", {"L1": 0.49, "L2": 0.5}, "must be above L2"),
+    ("bias", {"width": 0.4}, "the strip is slim"),
+    ("push", {"moved": 0.06}, "at most pushed"),
+    ("push", {"length": 0.1, "moved": 0.0}, "at most 0.3"),
+    ("push", {"pushed": 0.0, "moved": 0.0}, "above 0"),
+    ("push", {"moved": []}, "at least one reading"),
+    ("push", {"moved": -0.01}, "at least 0"),
+    ("push", {"moved": False}, "finite number"),
+    ("errors", {"length": 1e-300}, "greater than or equal to 0.000001"),
+]
+"""Test, readings that cannot be, and what is said of them."""
+
+
+def made(**changed: Any) -> Measurements:
+    """Return the readings, some tables changed; None leaves one out."""
+    tables = {name: table for name, table in {**MEASURED, **changed}.items() if table is not None}
+    return validated(Measurements, {"garment": GARMENT, **tables}, "readings.toml")
+
+
+@pytest.mark.parametrize(("name", "fields", "said"), IMPOSSIBLE)
+def test_impossible_readings_are_refused(name: str, fields: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        made(**{name: MEASURED.get(name, {}) | fields})
+
+
+@pytest.mark.parametrize(
+    ("left_out", "said"),
+    [
+        ({"elongation"}, r"push: .*\[elongation\] and \[friction\]"),
+        ({"swing"}, r"fading: must be given with \[swing\]"),
+        (MEASURED.keys() - {"fading"}, "given none"),
+    ],
+)
+def test_a_test_that_needs_others_is_refused_without_them(left_out: Set[str], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        made(**dict.fromkeys(left_out))
 
 
 @pytest.mark.parametrize("name", TESTS)

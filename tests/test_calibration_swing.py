@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from tatamu.base.errors import InputError
 from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
@@ -15,15 +14,15 @@ from tatamu.calibration.page import page
 from tatamu.calibration.swing import Swinging, TenSwings
 from tatamu.garments import make_garment
 from tatamu.simulation.simulators import simulate
+from tests.readings import of_towel
 
 SIZE = (0.24, 0.36)
 AIR = {"areal_density": 0.3, "air_added_mass": 0.12, "air_drag_quadratic": 1.5}
 SPACING = 0.03
 
 
-def measurements(**tables: dict[str, Any]) -> Measurements:
-    mass = AIR["areal_density"] * SIZE[0] * SIZE[1]
-    return Measurements.model_validate({"garment": {"name": "towel", "size": SIZE, "mass": mass}, **tables})
+def measurements(**tables: Any) -> Measurements:
+    return of_towel(SIZE, AIR["areal_density"], **tables)
 
 
 def truth() -> tuple[float, float]:
@@ -48,8 +47,6 @@ def test_swings_are_one_number_or_a_list_of_them() -> None:
     fading = {"edge": "bottom", "aside": 0.08, "to": 0.02}
     one, listed = (FadingReadings.model_validate({**fading, "count": count}) for count in (3.0, [3.0]))
     assert one == listed
-    with pytest.raises(ValidationError, match="must be in swings, at most 100, given 101"):
-        FadingReadings.model_validate({**fading, "count": [3, 101]})
 
 
 def test_hidden_air_comes_back_within_its_uncertainty(found: Calibration) -> None:
@@ -81,25 +78,6 @@ def test_optional_parameters_are_not_spoken_of_where_nothing_tells_them() -> Non
     found = calibrate(measurements(friction={"L_t": 1.0, "H_s": 0.5}), spacing=SPACING)
     text = str(found.to_toml()["calibration"]) + str(found.to_toml()["uncertainty"])
     assert "air_added_mass" not in text and "air_added_mass" not in found.listed
-
-
-WRONG = [
-    ({"swing": {"edge": "bottom", "aside": 0.08, "ten_swings": 1.2}}, "3 to 40 s"),
-    (
-        {
-            "swing": {"edge": "bottom", "aside": 0.08, "ten_swings": 12.0},
-            "fading": {"edge": "bottom", "aside": 0.08, "to": 0.07, "count": [2.0]},
-        },
-        "at most 0.8 of aside",
-    ),
-    ({"fading": {"edge": "bottom", "aside": 0.08, "to": 0.02, "count": [2.0]}}, r"needs \[swing\] as well|given none"),
-]
-
-
-@pytest.mark.parametrize(("tables", "said"), WRONG)
-def test_impossible_readings_are_refused(tables: dict[str, Any], said: str) -> None:
-    with pytest.raises(ValidationError, match=said):
-        measurements(**tables)
 
 
 def test_it_cannot_be_drawn_aside_farther_than_it_is_long() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from tatamu.policies.dataset import DatasetFolder, make_dataset, read_specification, replay
 from tests.commands import Ended, tatamu
+from tests.small_studies import bytes_in
 from tests.test_full_disk import files_of
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "dataset.toml"
@@ -127,7 +128,5 @@ def test_a_dataset_that_is_killed_again_and_again_has_the_same_bytes(tmp_path: P
             _, said = process.communicate()
         assert process.returncode in (0, -signal.SIGKILL), said
     assert kills >= 2
-    files = {path.relative_to(whole.path) for path in whole.path.rglob("*") if path.is_file()}
-    assert files == {path.relative_to(out.path) for path in out.path.rglob("*") if path.is_file()}
-    assert all((whole.path / name).read_bytes() == (out.path / name).read_bytes() for name in files)
+    assert bytes_in(whole.path) == bytes_in(out.path)
     assert not replay(out.path, 7).differs

@@ -13,7 +13,7 @@ from tatamu.lerobot import LeRobotReader
 from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset, replay
 from tatamu.policies.dataset.table import read_records
 from tatamu.sweep import SweepFolder, SweepTask, run_sweep
-from tests.small_studies import learn_plain
+from tests.small_studies import bytes_in, learn_plain
 from tests.small_studies import towel as coarse_towel
 
 pytestmark = pytest.mark.slow
@@ -89,10 +89,9 @@ def test_arms_fold_in_joint_space(tmp_path: Path) -> None:
 def test_workers_of_a_cluster_make_the_same_bytes(tmp_path: Path) -> None:
     from tatamu.cluster import executor_at
 
-    alone = make(tmp_path / "alone", record={"cameras": ["top"], "pixels": 64})
+    record = {"cameras": ["top"], "pixels": 64}
+    alone = make(tmp_path / "alone", record=record)
     with executor_at("local:2") as workers:
-        wanted = DatasetSpecification.model_validate({**SMALL, "record": {"cameras": ["top"], "pixels": 64}})
+        wanted = DatasetSpecification.model_validate({**SMALL, "record": record})
         spread = make_dataset(wanted, tmp_path / "spread", executor=workers)
-    files = {path.relative_to(alone.path) for path in alone.path.rglob("*") if path.is_file()}
-    assert files == {path.relative_to(spread.path) for path in spread.path.rglob("*") if path.is_file()}
-    assert all((alone.path / name).read_bytes() == (spread.path / name).read_bytes() for name in files)
+    assert bytes_in(alone.path) == bytes_in(spread.path)

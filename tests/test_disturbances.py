@@ -18,6 +18,7 @@ from tatamu.evaluation.disturbances import (
     Disturbances,
     Scenario,
     Stream,
+    default_disturbances,
     deviations,
     disturbed_scene,
     hand_failure,
@@ -34,10 +35,12 @@ from tatamu.evaluation.success import Success
 from tatamu.folding.fingers import Fingers
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits
-from tatamu.folding.task import Task, make_task
+from tatamu.folding.task import Task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
+from tests.refusals import refusal
+from tests.small_studies import towel
 
 LOW = {"x1": 0.02, "z1": 0.15, "x2": 0.3, "z2": 0.01, "g1": 0, "g2": 0}
 MATRIX = "[correlation]\nparameters = ['bending_rigidity', 'friction_table']\nmatrix = "
@@ -46,18 +49,12 @@ BOTH = "[material]\nbending_rigidity = 0.2\nfriction_table = 0.1\n"
 
 @pytest.fixture(scope="module")
 def task() -> Task:
-    return make_task("towel", spacing=0.04, size=(0.24, 0.5))
+    return towel()
 
 
 @pytest.fixture(scope="module")
 def low(task: Task) -> Manipulation:
     return task.manipulation(LOW)
-
-
-def default() -> Disturbances:
-    found = load_disturbances("default")
-    assert found is not None
-    return found
 
 
 @pytest.mark.parametrize(
@@ -87,15 +84,14 @@ def default() -> Disturbances:
 def test_a_wrong_field_is_one_line_that_names_it(tmp_path: Path, text: str, field: str) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(text)
-    with pytest.raises(InputError) as caught:
-        load_disturbances(str(file))
-    assert field in str(caught.value) and "mine.toml" in str(caught.value) and "\n" not in str(caught.value)
+    said = refusal(load_disturbances, str(file))
+    assert field in said and "mine.toml" in said
 
 
 def test_what_is_neither_default_nor_none_nor_a_file_is_refused() -> None:
     with pytest.raises(InputError, match=r"default, none or a \.toml file"):
         load_disturbances("some")
-    assert load_disturbances("none") is None
+    assert load_disturbances("none") is None and load_disturbances("default") == default_disturbances()
 
 
 def test_every_default_has_a_source() -> None:
@@ -110,21 +106,21 @@ def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> Non
 
 
 def test_scenarios_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
-    few, many = (sample_scenarios(default(), count, 7, Stream.MARGINS) for count in (4, 9))
+    few, many = (sample_scenarios(default_disturbances(), count, 7, Stream.MARGINS) for count in (4, 9))
     assert few == many[:4]
-    assert sample_scenarios(default(), 4, 8, Stream.MARGINS) != few
-    assert sample_scenarios(default(), 4, 7, Stream.JUDGING) != few
+    assert sample_scenarios(default_disturbances(), 4, 8, Stream.MARGINS) != few
+    assert sample_scenarios(default_disturbances(), 4, 7, Stream.JUDGING) != few
 
 
 def test_what_one_scenario_draws_of_one_thing_does_not_depend_on_the_others() -> None:
     alone = sample_scenarios(Disturbances.model_validate({"table": {"height": 0.002}}), 5, 0, Stream.MARGINS)
-    among = sample_scenarios(default(), 5, 0, Stream.MARGINS)
+    among = sample_scenarios(default_disturbances(), 5, 0, Stream.MARGINS)
     assert [scenario["table.height"] for scenario in alone] == [scenario["table.height"] for scenario in among]
 
 
 def test_deviations_and_correlations_are_those_of_the_file() -> None:
     plain = {
-        **default().model_dump(exclude_defaults=True),
+        **default_disturbances().model_dump(exclude_defaults=True),
         "correlation": {
             "parameters": ["bending_rigidity", "friction_table"],
             "matrix": [[1.0, -0.8], [-0.8, 1.0]],
@@ -148,14 +144,14 @@ def test_a_calibrated_material_brings_its_own(tmp_path: Path) -> None:
         "[correlation]\nparameters = ['areal_density', 'bending_rigidity']\nmatrix = [[1.0, 0.5], [0.5, 1.0]]\n"
     )
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=2e-5)
-    own = with_calibrated(default(), file, material)
+    own = with_calibrated(default_disturbances(), file, material)
     assert own.material["bending_rigidity"] == pytest.approx(0.05)
     assert own.material["areal_density"] == pytest.approx(0.02)
-    assert own.material["friction_table"] == default().material["friction_table"]
+    assert own.material["friction_table"] == default_disturbances().material["friction_table"]
     assert own.correlation is not None
     file.write_text(file.read_text().replace("1e-6", "-1e-6"))
     with pytest.raises(InputError, match=r"uncertainty\.bending_rigidity"):
-        with_calibrated(default(), file, material)
+        with_calibrated(default_disturbances(), file, material)
 
 
 def test_where_nothing_is_off_the_scene_is_the_usual_one(task: Task, low: Manipulation) -> None:
@@ -332,14 +328,14 @@ def test_an_uncertainty_of_nothing_is_refused(tmp_path: Path, uncertainty: str, 
     file.write_text(f"[uncertainty]\n{uncertainty}\n")
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=2e-5)
     with pytest.raises(InputError, match=says):
-        with_calibrated(default(), file, material)
+        with_calibrated(default_disturbances(), file, material)
 
 
 def test_what_a_calibration_leaves_nearly_unknown_may_still_be_disturbed(tmp_path: Path) -> None:
     file = tmp_path / "cloth.toml"
     file.write_text("[uncertainty]\nair_added_mass = 0.026\n")
     material = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=2e-5, air_added_mass=0.01)
-    assert with_calibrated(default(), file, material).material["air_added_mass"] == 2.0
+    assert with_calibrated(default_disturbances(), file, material).material["air_added_mass"] == 2.0
 
 
 def test_what_another_version_of_the_simulator_said_is_not_asked(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,17 @@ def make(kind: str, **arguments: Any) -> Any:
     return gymnasium.make(f"tatamu.envs:{kind}", **{**SMALL, **arguments}).unwrapped
 
 
+def folded(env: Any) -> tuple[Any, list[float], bool, dict[str, Any]]:
+    """Let the hands fold: the last observation, all rewards, whether it ended in a fold, and the last information."""
+    rewards = []
+    for action in env.follow(arched_curve(env.task.fold)):
+        observation, reward, terminated, truncated, info = env.step(action)
+        rewards.append(reward)
+        if terminated or truncated:
+            break
+    return observation, rewards, terminated, info
+
+
 def played(env: Any, seed: int, steps: int = 12) -> bytes:
     """Everything that an environment answers to actions drawn from a seed."""
     env.action_space.seed(seed)
@@ -81,27 +92,18 @@ def test_actions_span_the_search_space() -> None:
 @pytest.mark.parametrize("disturbances", [None, "default"])
 def test_hands_that_follow_a_manipulation_fold_the_towel(disturbances: str | None) -> None:
     env = make(envs.HANDS, disturbances=disturbances, observation=("hands", "key_points"))
-    observation, info = env.reset(seed=1)
-    total = 0.0
-    for action in env.follow(arched_curve(env.task.fold)):
-        observation, reward, terminated, truncated, info = env.step(action)
-        total += reward
-        if terminated or truncated:
-            break
+    env.reset(seed=1)
+    observation, rewards, terminated, info = folded(env)
     assert terminated and info["is_success"] and info["score"]["mean_vertex_distance"] < 0.0125
     progress = 1.0 - info["mean_vertex_distance"] / env._untouched
-    assert total == pytest.approx(1.0 + progress, abs=1e-6)
+    assert sum(rewards) == pytest.approx(1.0 + progress, abs=1e-6)
     assert not observation["hands"].reshape(2, 4)[:, 3].any()
 
 
 def test_sparse_rewards_are_for_success_alone() -> None:
     env = make(envs.HANDS, reward="sparse")
     env.reset(seed=1)
-    rewards = []
-    for action in env.follow(arched_curve(env.task.fold)):
-        rewards.append(env.step(action)[1])
-        if rewards[-1]:
-            break
+    _, rewards, *_ = folded(env)
     assert rewards[-1] == 1.0 and not any(rewards[:-1])
 
 
@@ -170,16 +172,10 @@ def _small_hands() -> Any:
 
 
 def test_the_same_answers_side_by_side_in_threads_and_in_processes() -> None:
-    threads = gymnasium.make_vec(
-        f"tatamu.envs:{envs.HANDS}",
-        num_envs=3,
-        disturbances="default",
-        observation="vertices",
-        seconds=0.8,
-        **SMALL,
-    )
+    arguments: dict[str, Any] = {"disturbances": "default", "observation": "vertices", "seconds": 0.8}
+    threads = gymnasium.make_vec(f"tatamu.envs:{envs.HANDS}", num_envs=3, **arguments, **SMALL)
     assert type(threads.unwrapped) is envs.ThreadedVectorEnv
-    one = [make(envs.HANDS, disturbances="default", observation="vertices", seconds=0.8) for _ in range(3)]
+    one = [make(envs.HANDS, **arguments) for _ in range(3)]
     seen, _ = threads.reset(seed=5)
     alone = [env.reset(seed=5 + number)[0] for number, env in enumerate(one)]
     threads.action_space.seed(0)
@@ -259,9 +255,7 @@ def test_a_demonstration_of_inner_grasps_goes_there_first() -> None:
 def test_what_hands_did_is_a_scene_that_ends_the_same() -> None:
     env = make(envs.HANDS, disturbances="default")
     env.reset(seed=3)
-    for action in env.follow(arched_curve(env.task.fold)):
-        if any(env.step(action)[2:4]):
-            break
+    folded(env)
     scene = env.scene()
     assert [gripper.hand for gripper in scene.grippers] == ["left", "right"]
     final, _ = env.outcome()
@@ -282,10 +276,7 @@ def test_more_steps_a_second_lead_to_the_same_fold() -> None:
     env = make(envs.HANDS, rate=20)
     assert env.metadata["render_fps"] == 20 and env.steps == 120
     env.reset(seed=0)
-    for action in env.follow(arched_curve(env.task.fold)):
-        _, _, terminated, truncated, info = env.step(action)
-        if terminated or truncated:
-            break
+    _, _, terminated, info = folded(env)
     assert terminated and info["is_success"]
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu import Ask, Evaluation, InputError, LearnOptions, Nominal, Scenarios, Wrapper, learn
+from tatamu import Ask, Evaluation, InputError, LearnOptions, Nominal, Scenarios, learn
 from tatamu.evaluation.array import orthogonal_array
 from tatamu.evaluation.disturbances import Disturbances, Scenario, default_disturbances, hand_failure
 from tatamu.evaluation.disturbances.aim import aim_for
@@ -208,19 +208,6 @@ def nan_for_low_curves(parameters: Mapping[str, int | float]) -> float:
 def test_an_own_objective_that_is_not_finite_is_named_with_its_value_and_parameters() -> None:
     with pytest.raises(InputError, match=r"nan_for_low_curves must return a finite number, given nan for .*'x1'"):
         learn(towel(), plain(trials=1, baselines=False), evaluate=nan_for_low_curves)
-
-
-class Gentle(Wrapper):
-    def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
-        found = self.inner(ask)
-        return replace(found, objective=found.objective + 0.1 * found.parameters["z1"])
-
-
-def test_an_own_evaluator_wraps_another_one() -> None:
-    task = towel()
-    found = learn(task, LearnOptions(trials=2, baselines=False), evaluate=Gentle(Nominal(task)))
-    for trial in found.trials:  # type: ignore[union-attr]
-        assert trial.minimised == pytest.approx((trial.objective or 0.0) + 0.1 * trial.parameters["z1"])
 
 
 def test_a_study_over_scenarios_resumes_and_reports_all_it_did(tmp_path: Path) -> None:

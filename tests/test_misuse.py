@@ -14,7 +14,6 @@ import pytest
 from tatamu.api import learn
 from tatamu.base.errors import InputError, TatamuError
 from tatamu.base.files import check_targets, read_toml
-from tatamu.calibration import load_measurements
 from tatamu.folding.plan import load_plan
 from tatamu.folding.task import make_task
 from tatamu.garments import load_garment, make_garment
@@ -23,6 +22,7 @@ from tatamu.simulation.material import Material
 from tatamu.study.options import LearnOptions
 from tatamu.study.result import Result
 from tests.foreign import svg
+from tests.refusals import refusal
 from tests.scenes import scene
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "measurements-towel.toml"
@@ -59,9 +59,8 @@ def test_nobody_is_told_to_remove_a_study_that_another_program_holds(
         raise OperationalError("CREATE TABLE studies", None, sqlite3.OperationalError("database is locked"))
 
     monkeypatch.setattr("optuna.create_study", held)
-    with pytest.raises(InputError, match="another program is using the file") as caught:
-        learn(make_task("towel", spacing=0.04), LearnOptions(trials=1), out=tmp_path)
-    assert "remove it" not in str(caught.value) and "CREATE" not in str(caught.value)
+    said = refusal(learn, make_task("towel", spacing=0.04), LearnOptions(trials=1), out=tmp_path)
+    assert "another program is using the file" in said and "remove it" not in said and "CREATE" not in said
 
 
 def test_an_outline_that_stands_twice_is_refused(tmp_path: Path) -> None:
@@ -82,21 +81,6 @@ def test_cloth_that_does_not_bend_is_no_garment() -> None:
         make_garment("towel", material=limp)
 
 
-@pytest.mark.parametrize(
-    ("table", "said"),
-    [
-        ("[loop]\nheight = 2.5", "is the height in metres"),
-        ("[sag]\nedge = 'bottom'\nfree_length = 34\nsag = 0.02", "write 0.034; in centimetres, 0.34"),
-        ("[friction]\nL_t = 0.6\nH_s = 100000000000000000000", "at most 10"),
-        ("[loop]\nheight = 0.03\n[errors]\nlength = 1e-300", "greater than or equal to 0.000001"),
-    ],
-)
-def test_readings_that_cannot_be(tmp_path: Path, table: str, said: str) -> None:
-    (tmp_path / "m.toml").write_text(f"[garment]\nname = 'towel'\nmass = 0.1\n{table}\n")
-    with pytest.raises(InputError, match=said):
-        load_measurements(tmp_path / "m.toml")
-
-
 def test_a_mark_in_front_of_a_file_is_no_matter(tmp_path: Path) -> None:
     (tmp_path / "m.toml").write_bytes(b"\xef\xbb\xbf" + EXAMPLE.read_bytes())
     assert read_toml(tmp_path / "m.toml") == read_toml(EXAMPLE)
@@ -104,9 +88,8 @@ def test_a_mark_in_front_of_a_file_is_no_matter(tmp_path: Path) -> None:
 
 def test_one_mistake_is_counted_once(tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\nfoo = 1\n')
-    with pytest.raises(InputError, match="foo") as caught:
-        load_plan(tmp_path / "p.toml")
-    assert "more)" not in str(caught.value)
+    said = refusal(load_plan, tmp_path / "p.toml")
+    assert "foo" in said and "more)" not in said
 
 
 def test_grips_that_hold_the_same_cloth_are_refused() -> None:

@@ -21,7 +21,7 @@ from tests.physics.checks.refinement import TOWEL, score
 from tests.physics.manipulations import EDGE, RandomFold
 from tests.physics.manipulations import scene_of as folded
 from tests.physics.subject import Subject
-from tests.scenes import CLOTH, held, scene, sheet
+from tests.scenes import CLOTH, held, scene, sheet, together
 
 
 def test_free_fall_follows_the_parabola() -> None:
@@ -82,13 +82,8 @@ def test_hands_follow_their_path_exactly_and_let_go() -> None:
 
 def test_no_layer_comes_closer_than_nine_tenths_of_a_thickness() -> None:
     lower, upper = sheet(0.2, 0.2, 0.02, CLOTH.thickness / 2), sheet(0.15, 0.15, 0.017, 0.01)
-    count = len(lower.vertices)
-    cloth = Cloth(
-        vertices=np.concatenate([lower.vertices, upper.vertices]),
-        faces=np.concatenate([lower.faces, upper.faces + count]),
-    )
-    rollout = simulate(scene(cloth=cloth, duration=1.0))
-    height = rollout.positions[-1, count:, 2]
+    rollout = simulate(scene(cloth=together(lower, upper), duration=1.0))
+    height = rollout.positions[-1, len(lower.vertices) :, 2]
     assert height.min() > 1.4 * CLOTH.thickness
     assert height.max() < 1.6 * CLOTH.thickness
 

@@ -10,6 +10,7 @@ from tatamu.simulation.native.options import ContactOptions, Options
 from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tests.scenes import sheet as sheet_of
+from tests.scenes import together
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=100.0, bending_rigidity=1e-5, thickness=0.001)
 
@@ -60,11 +61,10 @@ def test_what_is_behind_a_sheet_or_no_longer_touched_is_let_go(third: np.ndarray
 
 def crushed(options: ContactOptions) -> Simulation:
     """A hand crushes one sheet with another onto the table, where there is room for neither, and stays there."""
-    lower = sheet_of(0.1, 0.1)
+    lower = sheet_of(0.1, 0.1, height=0.0005)
     count = len(lower.vertices)
-    upper = lower.vertices + np.array([0.003, 0.002, 0.0015])
-    vertices = np.concatenate([lower.vertices + np.array([0.0, 0.0, 0.0005]), upper])
-    cloth = Cloth(vertices=vertices, faces=np.concatenate([lower.faces, lower.faces + count]))
+    upper = Cloth(vertices=lower.vertices + np.array([0.003, 0.002, 0.001]), faces=lower.faces)
+    cloth = together(lower, upper)
     down = Gripper(vertices=range(count, 2 * count), times=[0.0, 0.05], displacements=[[0, 0, 0], [0, 0, -0.0013]])
     scene = Scene(cloth=cloth, material=CLOTH, table=Table(), grippers=[down], duration=0.3)
     simulation = Simulation(scene, Options(contact=options))

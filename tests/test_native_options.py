@@ -13,14 +13,12 @@ from tatamu.simulation.native import ContactOptions, ElasticOptions, LimitOption
 from tatamu.simulation.native.options import UntangleOptions
 from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.scene import Cloth
-from tests.scenes import CLOTH, scene, sheet
+from tests.scenes import CLOTH, scene, sheet, together
 
 
 def _two_sheets() -> Scene:
     lower, upper = sheet(0.1, 0.1, 0.02, CLOTH.thickness / 2), sheet(0.08, 0.08, 0.017, 0.01)
-    vertices = np.concatenate([lower.vertices, upper.vertices])
-    faces = np.concatenate([lower.faces, upper.faces + len(lower.vertices)])
-    return scene(cloth=Cloth(vertices=vertices, faces=faces), duration=0.2)
+    return scene(cloth=together(lower, upper), duration=0.2)
 
 
 def test_options_that_are_not_given_are_the_defaults() -> None:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tatamu.base.errors import InputError
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.mesh.subdivision import subdivided
 from tatamu.simulation.native.elastic import curvature, membrane
 from tatamu.simulation.scene import Cloth, Scene
 from tatamu.simulation.simulators import capabilities
+from tests.refusals import refusal
 from tests.scenes import CLOTH
-from tests.test_native_forces import Elastic, irregular, regular
+from tests.test_native_forces import Elastic, check_slopes, irregular, regular
 
 WOVEN = CLOTH.model_copy(
     update={
@@ -60,17 +61,9 @@ def test_the_energy_of_a_cylinder_is_that_of_its_direction_to_the_fibres(angle: 
 
 def test_forces_are_minus_the_gradients_of_the_energies() -> None:
     sheet = Elastic(irregular(), WOVEN, np.array([[1.0, 0.4, 0.0]]))
-    rng = np.random.default_rng(5)
-    x = sheet.rest + rng.normal(0.0, 0.003, sheet.rest.shape)
-    for force, energy in (
-        (sheet.membrane_force(x), sheet.membrane_energy),
-        (sheet.bending_force(x), sheet.bending_energy),
-    ):
-        for v, k in zip(rng.integers(0, len(x), 6), rng.integers(0, 3, 6), strict=True):
-            step = np.zeros_like(x)
-            step[v, k] = 1e-6
-            slope = (energy(x + step) - energy(x - step)) / 2e-6
-            assert force[v, k] == pytest.approx(-slope, rel=1e-5, abs=1e-7 * np.abs(force).max())
+    x = sheet.rest + np.random.default_rng(5).normal(0.0, 0.003, sheet.rest.shape)
+    check_slopes(x, sheet.membrane_force(x), sheet.membrane_energy, 6, rel=1e-5)
+    check_slopes(x, sheet.bending_force(x), sheet.bending_energy, 6, rel=1e-5)
 
 
 def test_woven_cloth_that_is_alike_in_all_directions_is_the_isotropic_sheet() -> None:
@@ -124,9 +117,7 @@ def test_a_wrong_material_is_refused_in_a_line(tmp_path: Path, fields: str, said
     file = tmp_path / "wrong.toml"
     head = "[material]\nareal_density = 0.2\nstretch_stiffness = 300.0\nbending_rigidity = 1e-5\n"
     file.write_text(head + fields)
-    with pytest.raises(InputError, match=said) as error:
-        load_material(file)
-    assert "\n" not in str(error.value)
+    assert re.search(said, refusal(load_material, file))
 
 
 def test_only_native_knows_directions_and_the_others_say_so() -> None:

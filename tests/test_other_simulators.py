@@ -24,7 +24,7 @@ from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.simulation.simulators import SIMULATORS, capabilities, simulate, simulate_many
-from tests.scenes import CLOTH, held, scene, sheet
+from tests.scenes import CLOTH, held, scene, seamed, sheet, together
 
 needs_blender = pytest.mark.skipif(
     not discovery.available(), reason="no Blender here: `make blender`, or let TATAMU_BLENDER name one"
@@ -137,12 +137,9 @@ def test_a_strip_over_an_edge_droops_like_the_heavy_elastica(simulator: str) -> 
 
 @each
 def test_layers_rest_a_thickness_apart_on_the_table(simulator: str) -> None:
-    lower, upper = sheet(0.1, 0.2), sheet(0.09, 0.18)
     half = CLOTH.thickness / 2
-    vertices = np.concatenate([lower.vertices, upper.vertices + np.array([0.0, 0.0, 2 * half + 2e-4])])
-    vertices[:, 2] += half
-    faces = np.concatenate([lower.faces, upper.faces + len(lower.vertices)])
-    rollout = simulate(scene(cloth=Cloth(vertices=vertices, faces=faces), duration=1.0), simulator)
+    lower, upper = sheet(0.1, 0.2, height=half), sheet(0.09, 0.18, height=3 * half + 2e-4)
+    rollout = simulate(scene(cloth=together(lower, upper), duration=1.0), simulator)
     heights = rollout.positions[-1, :, 2]
     below, above = heights[: len(lower.vertices)].mean(), heights[len(lower.vertices) :].mean()
     assert below == pytest.approx(half, abs=5e-4)
@@ -180,19 +177,13 @@ def test_cloth_pulls_back_to_its_rest_shape(simulator: str) -> None:
 
 @each
 def test_a_seam_hinges_freely(simulator: str) -> None:
-    strip = sheet(0.1, 0.24)
-    line = np.flatnonzero(np.abs(strip.vertices[:, 0]) < 1e-6)
-    order = line[np.argsort(strip.vertices[line, 1])]
-    seams = np.column_stack([order[:-1], order[1:]])
+    strip = seamed()
     stiff = material(bending_rigidity=5e-3, air_drag=1.0)
     held_row = np.flatnonzero(strip.vertices[:, 0] < strip.vertices[:, 0].min() + 0.03)
     tips = []
-    for seam in (np.empty((0, 2), int), seams):
-        cloth = Cloth(vertices=strip.vertices, faces=strip.faces, seams=seam)
-        rollout = simulate(
-            scene(cloth=cloth, table=None, material=stiff, grippers=[held(held_row)], duration=1.0), simulator
-        )
-        tips.append(rollout.positions[-1, :, 2].min())
+    for cloth in (Cloth(vertices=strip.vertices, faces=strip.faces), strip):
+        made = scene(cloth=cloth, table=None, material=stiff, grippers=[held(held_row)], duration=1.0)
+        tips.append(simulate(made, simulator).positions[-1, :, 2].min())
     assert tips[1] < tips[0] - 0.01
 
 

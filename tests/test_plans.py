@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from textwrap import dedent
 
@@ -24,6 +25,7 @@ from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.presets import load_preset
 from tatamu.study.record import describe_task
 from tests.foreign import GOOD
+from tests.refusals import refusal
 
 COARSE = 0.02
 EVERY = [(garment, name) for garment, plans in PLANS.items() for name in plans]
@@ -275,10 +277,8 @@ def test_a_wrong_plan_names_file_and_field(tmp_path: Path, change: tuple[str, st
     text = OWN.replace(change[0].strip(), change[1].strip())
     assert text != OWN
     (tmp_path / "mine.toml").write_text(text)
-    with pytest.raises(InputError, match=says) as caught:
-        load_plan(tmp_path / "mine.toml")
-    assert "mine.toml" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    said = refusal(load_plan, tmp_path / "mine.toml")
+    assert re.search(says, said) and "mine.toml" in said
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
+from tests.refusals import refusal
 
 SMALL: dict[str, Any] = {"spacing": 0.04, "size": (0.24, 0.5)}
 ARCH = {"x1": 0.05, "z1": 0.2, "x2": 0.4, "z2": 0.1, "g1": 0, "g2": 0}
@@ -90,9 +92,7 @@ def test_a_weight_is_the_gap_to_which_it_presses_a_bent_strip() -> None:
 def test_a_wrong_press_is_one_line(tmp_path: Path, press: str, says: str) -> None:
     path = tmp_path / "pressed.toml"
     path.write_text(f"{STEP}press = {{{press}}}\n")
-    with pytest.raises(InputError, match=says) as caught:
-        load_plan(path)
-    assert "\n" not in str(caught.value)
+    assert re.search(says, refusal(load_plan, path))
 
 
 def test_a_gap_without_room_for_the_layers_is_refused(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from tatamu import InputError, Rollout, Scene, simulate
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.scene import Cloth, Gripper, Table
+from tests.refusals import refusal
 from tests.scenes import CLOTH, held, scene
 
 
@@ -70,11 +71,8 @@ def test_a_scene_survives_a_round_trip(tmp_path: Path) -> None:
 def test_a_wrong_field_is_named_in_one_line(tmp_path: Path, path: str, value: Any, named: str) -> None:
     file = tmp_path / "scene.json"
     file.write_text(json.dumps(changed(path, value)))
-    with pytest.raises(InputError) as error:
-        Scene.load(file)
-    assert named in str(error.value)
-    assert str(file) in str(error.value)
-    assert "\n" not in str(error.value)
+    said = refusal(Scene.load, file)
+    assert named in said and str(file) in said
 
 
 def test_three_triangles_on_one_edge_are_no_cloth(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from tatamu.folding.parameters import search_space
 from tatamu.folding.task import Reach, make_task
 from tatamu.study.folder import ResultFolder
 from tatamu.study.record import describe_task
-from tests.small_studies import X, learn_plain, timeless
+from tests.small_studies import X, bytes_in, learn_plain, timeless
 from tests.small_studies import towel as task
 
 
@@ -87,10 +87,10 @@ def test_optuna_opens_the_study(learned: Path) -> None:
 
 
 def test_a_finished_study_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = {path.name: path.read_bytes() for path in learned.iterdir()}
+    before = bytes_in(learned)
     monkeypatch.setattr("tatamu.evaluation.nominal.simulate", None)
     learn_plain(task(), learned, trials=6)
-    assert {path.name: path.read_bytes() for path in learned.iterdir()} == before
+    assert bytes_in(learned) == before
 
 
 def test_more_trials_go_on_where_the_study_stopped(learned: Path, tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ from tatamu.report.plan import joined_path
 from tatamu.report.replay import hands
 from tatamu.search import Space
 from tatamu.study.folder import ResultFolder
-from tests.small_studies import plain, timeless, towel
+from tests.small_studies import bytes_in, plain, timeless, towel
 
 
 def task(**changes: Any) -> Task:
@@ -141,10 +141,10 @@ def _end(folder: Path) -> np.ndarray:
 
 
 def test_a_finished_plan_is_left_alone(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()}
+    before = bytes_in(learned)
     monkeypatch.setattr("tatamu.evaluation.nominal.simulate", None)
     learn_plan(learned, 2)
-    assert {p: p.read_bytes() for p in learned.rglob("*") if p.is_file()} == before
+    assert bytes_in(learned) == before
 
 
 def test_a_plan_stopped_anywhere_ends_the_same(learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

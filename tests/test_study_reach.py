@@ -38,23 +38,27 @@ def task(robot: Short, fold: str = "half", **changes: Any) -> Task:
 TWO = LearnOptions(trials=2, disturbances="none", baselines=False)
 
 
-def test_a_fold_out_of_reach_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=f"robot: the fold in half across.*out of reach of short.*{TOO_FAR}"):
-        learn(task(Short(0.3)), TWO, out=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
+LENGTHWISE = "in half along the length"
+PRESSED = '[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\npress = {weight = 5.0}\n'
 
 
-def test_a_later_step_out_of_reach_is_refused_before_the_first_is_learned(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="step 2, in half along the length, is out of reach of short"):
-        learn(task(Short(0.4), "quarters", size=(0.5, 0.36)), TWO, out=tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-def test_a_pressed_fold_is_refused_for_a_robot(tmp_path: Path) -> None:
-    plan = tmp_path / "pressed.toml"
-    plan.write_text('[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\npress = {weight = 5.0}\n')
-    with pytest.raises(InputError, match=r"press: short cannot press the fold pressed; leave"):
-        learn(task(Short(1.0), str(plan)), TWO, out=tmp_path / "out")
+@pytest.mark.parametrize(
+    ("reach", "fold", "changes", "says"),
+    [
+        pytest.param(0.3, "half", {}, f"robot: the fold in half across.*out of reach of short.*{TOO_FAR}", id="fold"),
+        pytest.param(
+            0.4, "quarters", {"size": (0.5, 0.36)}, f"step 2, {LENGTHWISE}, is out of reach of short", id="step"
+        ),
+        pytest.param(1.0, "pressed.toml", {}, "press: short cannot press the fold pressed; leave", id="press"),
+    ],
+)
+def test_a_fold_that_a_robot_cannot_do_is_refused_and_nothing_is_written(
+    reach: float, fold: str, changes: dict[str, Any], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("pressed.toml").write_text(PRESSED)
+    with pytest.raises(InputError, match=says):
+        learn(task(Short(reach), fold, **changes), TWO, out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import sqlite3
@@ -15,11 +16,12 @@ from pathlib import Path
 import optuna
 import pytest
 
-from tatamu import InputError, Result
+from tatamu import Result
 from tatamu.study.folder import ResultFolder
 from tatamu.study.record import StudyRecord, describe_task
 from tatamu.study.store import file_store, load_settings
 from tatamu.study.trial import Trial
+from tests.refusals import refusal
 from tests.small_studies import X, learn_plain, timeless, towel
 
 RECORD = StudyRecord(task=describe_task(towel()), sampler="random", seed=0)
@@ -112,9 +114,7 @@ def test_a_trial_that_optuna_left_is_said_in_one_line(
     leave(folder)
     before = (folder / "study.db").read_bytes()
     for trials in (3, 5):
-        with pytest.raises(InputError, match=rf"study\.db: trial 2: .*{state} .*delete the trial in Optuna") as refused:
-            learn(folder, trials)
-        assert "\n" not in str(refused.value)
+        assert re.search(rf"study\.db: trial 2: .*{state} .*delete the trial in Optuna", refusal(learn, folder, trials))
     assert (folder / "study.db").read_bytes() == before
 
 
@@ -162,9 +162,8 @@ def changed(study: Path, folder: Path, statement: str) -> Path:
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_changed_study_is_said_in_one_line(study: Path, tmp_path: Path, change: str) -> None:
     folder = changed(study, tmp_path, CHANGES[change])
-    with pytest.raises(InputError, match=r"study\.db: ") as refused:
-        learn(folder, 2)
-    assert "\n" not in str(refused.value) and len(str(refused.value)) < 500
+    said = refusal(learn, folder, 2)
+    assert "study.db: " in said and len(said) < 500
 
 
 @pytest.mark.parametrize("change", HARMLESS)

@@ -38,6 +38,7 @@ from tests.physics.manipulations import half_fold_target
 from tests.physics.plate import falling, hanging
 from tests.physics.references import catenary, hang_displacement, off_axis_stiffness, shear_sag
 from tests.physics.report import run
+from tests.physics.scenes import on_incline
 from tests.physics.subject import Subject
 
 Question = Callable[[Subject], Findings]
@@ -74,9 +75,7 @@ def falls_in_air(scene: Scene, time: float, faster: float = 1.0) -> np.ndarray:
     start = scene.cloth.vertices
     tilt = float(np.arctan2(start[0, 2] - start[-1, 2], start[-1, 0] - start[0, 0]))
     across, along = falling(scene.material, tilt, scene.gravity)
-    normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
-    slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
-    return start - faster * across.distance(time) * normal + faster * along.distance(time) * slope
+    return start + on_incline(faster * np.array([[along.distance(time), 0.0]]), -faster * across.distance(time), tilt)
 
 
 def swings_in_air(scene: Scene, time: float, slower: float = 1.0, drag: float = 1.0) -> np.ndarray:
@@ -169,7 +168,7 @@ def slides(scene: Scene, time: float, rougher: float = 1.0, creep: float = 0.0) 
     tilt = scene.table.tilt
     pull = np.sin(tilt) - rougher * scene.material.friction_table * np.cos(tilt)
     way = 0.5 * max(0.0, scene.gravity * pull) * time**2 + creep * time
-    return scene.cloth.vertices + way * np.array([np.cos(tilt), 0, -np.sin(tilt)])
+    return scene.cloth.vertices + on_incline(np.array([[way, 0.0]]), 0.0, tilt)
 
 
 def layers_slide(scene: Scene, time: float, rougher: float = 1.0) -> np.ndarray:
@@ -228,6 +227,10 @@ def lies_on_sphere(scene: Scene, higher: float = 4e-4, aside: float = 0.0) -> np
     away = scene.cloth.vertices - ball.positions[0]
     far = ball.radius + 0.5 * scene.material.thickness + higher
     return ball.positions[0] + away * (far / np.linalg.norm(away, axis=1))[:, None] + np.array([aside, 0, 0])
+
+
+def stops(scene: Scene, time: float) -> np.ndarray:
+    raise SimulationError("the cloth was stretched to 2.00 of its length")
 
 
 PAIRS: dict[str, tuple[Question, Motion, Motion]] = {
@@ -347,9 +350,6 @@ def test_folds_that_cross_or_stop_are_counted() -> None:
     assert failures(question, rests) == []
     assert failures(question, crosses) == ["folds of 2 with a crossing in any frame"]
 
-    def stops(scene: Scene, time: float) -> np.ndarray:
-        raise SimulationError("the cloth was stretched")
-
     assert failures(question, stops) == ["folds of 2 that ended in an error"]
 
 
@@ -400,9 +400,6 @@ def test_refinement_notices_another_order() -> None:
 
 
 def test_a_simulation_that_fails_is_a_failed_row() -> None:
-    def stops(scene: Scene, time: float) -> np.ndarray:
-        raise SimulationError("the cloth was stretched to 2.00 of its length")
-
     (row,) = rows(motion.free_fall, subject(stops))
     assert row.passed is False and "2.00" in row.note
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +47,18 @@ class Curve:
     """Vertical coordinates of the k points, shape (k,)."""
     reference: bool = False
     """Whether the curve shows reference values. Reference values are drawn as a line, measured values as points."""
+
+
+def in_order(curves: Sequence[Curve]) -> Iterator[tuple[Curve, int, bool]]:
+    """Yield curves as they are drawn, references first.
+
+    With each comes the number of its name among measured ones, 0 for a reference, and whether the name is new.
+    """
+    names = list(dict.fromkeys(curve.name for curve in curves if not curve.reference))
+    seen: set[str] = set()
+    for curve in sorted(curves, key=lambda curve: not curve.reference):
+        yield curve, 0 if curve.reference else names.index(curve.name), curve.name not in seen
+        seen.add(curve.name)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from benchmarks.tables import IMAGES, markdown, publish
 from matplotlib.axes import Axes
 
 from tatamu.show.palette import COLOURS, SERIES
-from tests.physics.findings import Curve, Figure, Row
+from tests.physics.findings import Curve, Figure, Row, in_order
 from tests.physics.report import Report
 
 SHOWN = ("hang", "shear", "catenary", "cantilever", "order", "crease", "threshold", "stack", "refinement")
@@ -76,15 +76,11 @@ def draw(report: Report, out: Path) -> None:
 
 
 def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:
-    names = list(dict.fromkeys(curve.name for curve in curves if not curve.reference))
-    seen: set[str] = set()
-    for curve in sorted(curves, key=lambda curve: not curve.reference):
-        label = None if curve.name in seen else curve.name
-        seen.add(curve.name)
+    for curve, place, first in in_order(curves):
+        label = curve.name if first else None
         if curve.reference:
             axis.plot(curve.x, curve.y, color=INK, linewidth=1.2, label=label)
             continue
-        place = names.index(curve.name)
         width = 0.8 if asked.joined else 0.0
         (line,) = axis.plot(curve.x, curve.y, linewidth=width, alpha=0.8, label=label)
         line.set(color=COLOURS[f"series-{place % SERIES}"][0], marker=MARKS[place % len(MARKS)], markersize=3.5)
@@ -94,4 +90,4 @@ def _panel(axis: Axes, curves: list[Curve], asked: Figure) -> None:
     if asked.equal:
         axis.set_aspect("equal", adjustable="datalim")
     axis.grid(color=GRID, linewidth=0.6)
-    axis.legend(fontsize=6, frameon=False, ncols=1 + (len(seen) > 6))
+    axis.legend(fontsize=6, frameon=False, ncols=1 + (len({curve.name for curve in curves}) > 6))

@@ -8,7 +8,7 @@ from typing import Any
 from tatamu.show.chart import Chart, Plot, axis, traces
 from tatamu.show.page import render
 from tatamu.show.palette import SERIES
-from tests.physics.findings import Curve, Figure
+from tests.physics.findings import Curve, Figure, in_order
 from tests.physics.report import CheckResult, Report
 from tests.physics.terminal import cells
 
@@ -49,13 +49,7 @@ def _charts(result: CheckResult) -> list[Chart]:
 
 
 def _plot(curves: list[Curve], figure: Figure) -> Plot:
-    names = list(dict.fromkeys(curve.name for curve in curves if not curve.reference))
-    lines = []
-    seen: set[str] = set()
-    for curve in sorted(curves, key=lambda curve: not curve.reference):
-        place = names.index(curve.name) if not curve.reference else 0
-        lines.append(_trace(curve, figure, place, curve.name not in seen))
-        seen.add(curve.name)
+    lines = [_trace(curve, figure, place, first) for curve, place, first in in_order(curves)]
     kind = "log" if figure.log else "linear"
     alike = {"scaleanchor": "x", "scaleratio": 1} if figure.equal else {}
     return traces(lines, xaxis=axis(figure.x, type=kind), yaxis=axis(figure.y, type=kind, **alike), showlegend=True)

@@ -60,6 +60,18 @@ def mjcf(world: str = "", more: str = "", hand: str = "", refs: Mapping[str, flo
     return opened + hand + "</body>" * 7 + "</worldbody></mujoco>"
 
 
+FINGER = (
+    '<body name="{name}" pos="0 0 0.06"><joint name="{name}" type="slide" axis="{axis}" range="{range}"/>'
+    '<inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'
+    '<geom type="box" size="0.005 0.005 0.02" pos="0 0 0.02"/></body>'
+)
+
+
+def finger(name: str, bounds: str, axis: str = "0 1 0") -> str:
+    """A finger that slides, an element of the last link."""
+    return FINGER.format(name=name, range=bounds, axis=axis)
+
+
 ARM = """
 [{side}]
 model = "{model}"
@@ -80,6 +92,18 @@ def pair_of(folder: Path, left: str, right: str | None = None, top: str = "", ar
         text += ARM.format(side=side, model=model, y=y) + arm + "\n"
     (folder / "pair.toml").write_text(text)
     return folder / "pair.toml"
+
+
+def pair_of_urdf(folder: Path, text: str, **fields: str) -> Path:
+    """A description of two arms of one URDF."""
+    (folder / "arm.urdf").write_text(text)
+    return pair_of(folder, "arm.urdf", **fields)
+
+
+def pair_of_mjcf(folder: Path, text: str, **fields: str) -> Path:
+    """A description of two arms of one MJCF."""
+    (folder / "arm.xml").write_text(text)
+    return pair_of(folder, "arm.xml", **fields)
 
 
 def pair(folder: Path) -> Path:

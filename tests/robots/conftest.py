@@ -34,6 +34,14 @@ def plan_folder(fold: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
+def near_plan(fold: Path) -> RobotPlan:
+    """A plan of HIRONX at x = 0.28 m, over a table 6 cm lower."""
+    from tatamu.robots import load, plan_fold
+
+    return plan_fold(fold, load("hironx"), place=(0.28, 0.0, 0.0), table_height=-0.06)
+
+
+@pytest.fixture(scope="session")
 def panda_plan(tmp_path_factory: pytest.TempPathFactory) -> RobotPlan:
     """A plan of two Pandas at x, y, yaw = 0."""
     from tatamu.robots import load, plan_fold

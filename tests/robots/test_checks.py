@@ -1,11 +1,10 @@
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tatamu.robots import RobotPlan, load, plan_fold
+from tatamu.robots import RobotPlan
 from tatamu.robots.checks import Checks, failing
 from tatamu.robots.motion import Motion
 from tatamu.robots.paths import Paths
@@ -13,9 +12,9 @@ from tatamu.robots.paths import Paths
 Change = Callable[[RobotPlan, np.ndarray], None]
 
 
-@pytest.fixture(scope="module")
-def plan(fold: Path) -> RobotPlan:
-    return plan_fold(fold, load("hironx"), place=(0.28, 0.0, 0.0), table_height=-0.06)
+@pytest.fixture
+def plan(near_plan: RobotPlan) -> RobotPlan:
+    return near_plan
 
 
 def checked(plan: RobotPlan, change: Change) -> set[str]:

@@ -16,7 +16,7 @@ from tatamu.robots import RobotPlan
 from tatamu.robots.arm import LeRobotNames
 from tatamu.robots.episode import ACTION, FPS, STATE, add_plan, episode_writer, state
 from tatamu.robots.model import state_names
-from tests.commands import tatamu
+from tests.commands import refused
 from tests.robots.folds import folder
 
 LEROBOT = Path(os.environ.get("TATAMU_LEROBOT", Path(__file__).parents[2] / ".venv-lerobot/bin/python"))
@@ -85,10 +85,9 @@ def test_a_dataset_that_is_there_is_refused_before_any_work(tmp_path: Path, monk
     learned = folder(tmp_path / "fold")
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "mine.txt").write_text("mine")
-    arguments = ["plan", str(learned), "--out", str(tmp_path / "plan"), "--lerobot", str(tmp_path / "data")]
     monkeypatch.setattr("tatamu.robots.plan_fold", lambda *_: pytest.fail("planned"))
-    done = tatamu(*arguments)
-    assert done.returncode == 2 and "exists; give another" in done.stderr
+    said = refused("plan", str(learned), "--out", str(tmp_path / "plan"), "--lerobot", str(tmp_path / "data"))
+    assert "exists; give another" in said
     assert not (tmp_path / "plan").exists()
 
 

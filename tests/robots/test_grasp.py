@@ -22,9 +22,9 @@ from tests.robots.folds import folder
 SIDES = ("larm", "rarm")
 
 
-@pytest.fixture(scope="module")
-def plan(fold: Path) -> RobotPlan:
-    return plan_fold(fold, load("hironx"), place=(0.28, 0.0, 0.0), table_height=-0.06)
+@pytest.fixture
+def plan(near_plan: RobotPlan) -> RobotPlan:
+    return near_plan
 
 
 def tools(plan: RobotPlan, part: str) -> np.ndarray:

@@ -15,7 +15,8 @@ from tatamu.robots import Robot, load, plan_fold, save
 from tatamu.robots.planfile import Planned
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.stage import load_stage
-from tests.robots.arms import BOX, mjcf, pair_of, urdf
+from tests.refusals import refusal
+from tests.robots.arms import BOX, finger, mjcf, pair_of, pair_of_mjcf, pair_of_urdf, urdf
 from tests.robots.folds import folder
 
 PLACE = (0.36, -0.16, np.radians(50))
@@ -26,20 +27,7 @@ DRIVE = '<actuator><position joint="pan" kp="50" ctrlrange="{}"/></actuator>'
 def of_urdf(path: Path, old: str = "", new: str = "", shape: str = BOX) -> Robot:
     text = urdf(shape)
     assert old in text
-    (path / "arm.urdf").write_text(text.replace(old, new, 1) if old else text)
-    return load(str(pair_of(path, "arm.urdf")))
-
-
-def of_mjcf(path: Path, text: str) -> Robot:
-    (path / "arm.xml").write_text(text)
-    return load(str(pair_of(path, "arm.xml")))
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(InputError) as error:
-        load(str(path))
-    assert "\n" not in str(error.value)
-    return str(error.value)
+    return load(str(pair_of_urdf(path, text.replace(old, new, 1) if old else text)))
 
 
 def with_soft(soft: str, kind: str = "revolute", limit: str | None = None) -> str:
@@ -68,8 +56,7 @@ def with_soft(soft: str, kind: str = "revolute", limit: str | None = None) -> st
 def test_the_stricter_of_hard_and_soft_limits_holds_and_is_noted(
     tmp_path: Path, soft: str, kind: str, limit: str | None, expected: tuple[float, float]
 ) -> None:
-    (tmp_path / "arm.urdf").write_text(with_soft(soft, kind, limit))
-    robot = load(str(pair_of(tmp_path, "arm.urdf")))
+    robot = load(str(pair_of_urdf(tmp_path, with_soft(soft, kind, limit))))
     assert robot.limits(robot.larm)[0] == pytest.approx(expected)
     noted = "".join(robot.notes)
     assert ("soft limits" in noted and f"larm pan {expected[0]:g} to {expected[1]:g}" in noted) == (
@@ -87,18 +74,16 @@ def test_the_stricter_of_hard_and_soft_limits_holds_and_is_noted(
     ],
 )
 def test_soft_limits_that_leave_nothing_are_refused_by_name(tmp_path: Path, soft: str, said: str) -> None:
-    (tmp_path / "arm.urdf").write_text(with_soft(soft))
-    assert said in refused(pair_of(tmp_path, "arm.urdf"))
+    assert said in refusal(load, str(pair_of_urdf(tmp_path, with_soft(soft))))
 
 
 def test_a_plan_keeps_to_soft_limits_in_every_file_and_names_them(tmp_path: Path) -> None:
     fold = folder(tmp_path / "fold", span=0.24, width=0.18, height=0.1)
-    (tmp_path / "arm.urdf").write_text(urdf())
-    free = plan_fold(fold, load(str(pair_of(tmp_path, "arm.urdf"))))
+    free = plan_fold(fold, load(str(pair_of_urdf(tmp_path, urdf()))))
     widest = np.abs(free.motion.angles[:, free.task.robot.columns["larm_pan"]]).max()
     limit = round(float(widest) - 0.1, 2)
-    (tmp_path / "arm.urdf").write_text(with_soft(f'soft_lower_limit="{-limit}" soft_upper_limit="{limit}"'))
-    plan = plan_fold(fold, load(str(pair_of(tmp_path, "arm.urdf"))))
+    softer = with_soft(f'soft_lower_limit="{-limit}" soft_upper_limit="{limit}"')
+    plan = plan_fold(fold, load(str(pair_of_urdf(tmp_path, softer))))
     save(plan, tmp_path / "plan")
     planned = Planned.load(tmp_path / "plan")
     for joint in ("larm_pan", "rarm_pan"):
@@ -109,7 +94,7 @@ def test_a_plan_keeps_to_soft_limits_in_every_file_and_names_them(tmp_path: Path
 
 
 def test_the_range_that_a_position_drive_accepts_is_a_soft_limit(tmp_path: Path) -> None:
-    robot = of_mjcf(tmp_path, mjcf(more=DRIVE.format("-0.4 0.5")))
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf(more=DRIVE.format("-0.4 0.5")))))
     assert robot.limits(robot.larm)[0] == pytest.approx([-0.4, 0.5]) and "larm pan -0.4 to 0.5" in "".join(robot.notes)
 
 
@@ -136,9 +121,8 @@ def test_the_range_that_a_position_drive_accepts_is_a_soft_limit(tmp_path: Path)
 def test_a_continuous_joint_has_the_limits_of_its_file_or_one_turn(
     tmp_path: Path, text: str, expected: tuple[float, float]
 ) -> None:
-    name = "arm.urdf" if "<robot" in text else "arm.xml"
-    (tmp_path / name).write_text(text)
-    robot = load(str(pair_of(tmp_path, name)))
+    pair_of_text = pair_of_urdf if "<robot" in text else pair_of_mjcf
+    robot = load(str(pair_of_text(tmp_path, text)))
     assert robot.limits(robot.larm)[0] == pytest.approx(expected)
     assert ("continuous joints" in "".join(robot.notes)) == (expected[1] > 6)
 
@@ -149,13 +133,14 @@ def test_degrees_of_an_mjcf_count_for_continuous_joints(tmp_path: Path) -> None:
         lambda found: f'range="{np.degrees(float(found[1]))} {np.degrees(float(found[2]))}"',
         mjcf().replace('<compiler angle="radian"/>', ""),
     )
-    robot = of_mjcf(tmp_path, text.replace('name="pan" axis="0 0 1" range', 'name="pan" axis="0 0 1" user'))
+    text = text.replace('name="pan" axis="0 0 1" range', 'name="pan" axis="0 0 1" user')
+    robot = load(str(pair_of_mjcf(tmp_path, text)))
     assert robot.limits(robot.larm)[:2] == pytest.approx(np.array([[-2 * np.pi, 2 * np.pi], [-2.2, 2.2]]))
 
 
 def test_a_revolute_joint_without_a_range_is_not_continuous(tmp_path: Path) -> None:
-    (tmp_path / "arm.urdf").write_text(urdf().replace('lower="-2.9" upper="2.9"', 'lower="0" upper="0"', 1))
-    assert "larm.joints: pan must have a range" in refused(pair_of(tmp_path, "arm.urdf"))
+    text = urdf().replace('lower="-2.9" upper="2.9"', 'lower="0" upper="0"', 1)
+    assert "larm.joints: pan must have a range" in refusal(load, str(pair_of_urdf(tmp_path, text)))
 
 
 @pytest.mark.parametrize(
@@ -180,7 +165,7 @@ def test_an_impossible_inertia_is_mended_with_a_note(tmp_path: Path, old: str, n
 
 @pytest.mark.parametrize("inertia", ["0.01 0.01 0.1", "0.01 0.01 -0.01", "0 0 0", "0.01 NaN 0.01"])
 def test_an_impossible_inertia_of_an_mjcf_is_mended_too(tmp_path: Path, inertia: str) -> None:
-    robot = of_mjcf(tmp_path, mjcf().replace("0.01 0.01 0.01", inertia, 1))
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf().replace("0.01 0.01 0.01", inertia, 1))))
     assert "pan_link" in "".join(robot.notes)
 
 
@@ -198,27 +183,17 @@ def test_a_plan_with_a_mended_link_is_rehearsed(tmp_path: Path) -> None:
 
 
 def test_fingers_stay_within_the_range_of_their_joint(tmp_path: Path) -> None:
-    finger = (
-        '<body name="finger" pos="0 0 0.06"><joint name="finger" type="slide" axis="0 1 0" range="0 0.02"/>'
-        '<inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'
-        '<geom type="box" size="0.005 0.005 0.02" pos="0 0 0.02"/></body>'
-    )
-    (tmp_path / "arm.xml").write_text(mjcf(hand=finger))
-    path = pair_of(tmp_path, "arm.xml", arm="jaw = { fingers = { finger = [0.03, 0.0] } }")
-    assert "larm.jaw.fingers: finger must be from 0 to 0.02, given 0.03 and 0" in refused(path)
+    jaw = "jaw = { fingers = { finger = [0.03, 0.0] } }"
+    path = pair_of_mjcf(tmp_path, mjcf(hand=finger("finger", "0 0.02")), arm=jaw)
+    said = refusal(load, str(path))
+    assert "larm.jaw.fingers: finger must be from 0 to 0.02, given 0.03 and 0" in said
 
 
 def test_a_finger_that_follows_another_moves_with_it_in_a_plan(tmp_path: Path) -> None:
-    fingers = "".join(
-        f'<body name="{name}" pos="0 0 0.06"><joint name="{name}" type="slide" axis="0 {sign} 0" range="0 0.02"/>'
-        '<inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'
-        '<geom type="box" size="0.005 0.005 0.02" pos="0 0 0.02"/></body>'
-        for name, sign in (("one", 1), ("two", -1))
-    )
-    more = '<equality><joint joint1="two" joint2="one"/></equality>'
-    (tmp_path / "arm.xml").write_text(mjcf(hand=fingers, more=more))
-    path = pair_of(tmp_path, "arm.xml", arm='jaw = { fingers = { one = [0.006, 0.0005] }, links = ["one", "two"] }')
-    robot = load(str(path))
+    fingers = finger("one", "0 0.02") + finger("two", "0 0.02", "0 -1 0")
+    model = mjcf(hand=fingers, more='<equality><joint joint1="two" joint2="one"/></equality>')
+    jaw = 'jaw = { fingers = { one = [0.006, 0.0005] }, links = ["one", "two"] }'
+    robot = load(str(pair_of_mjcf(tmp_path, model, arm=jaw)))
     plan = plan_fold(folder(tmp_path / "fold", span=0.24, width=0.18), robot, place=PLACE)
     one, two = (robot.model.joint(f"larm_{name}").qposadr[0] for name in ("one", "two"))
     assert plan.motion.angles[:, one].min() == pytest.approx(0.0005)
@@ -332,11 +307,9 @@ def png(side: int) -> bytes:
 )
 def test_a_model_that_is_too_large_is_one_line(tmp_path: Path, more: str, said: str) -> None:
     (tmp_path / "hill.png").write_bytes(png(50_000))
-    (tmp_path / "arm.xml").write_text(mjcf(more=more))
-    assert said in refused(pair_of(tmp_path, "arm.xml"))
+    assert said in refusal(load, str(pair_of_mjcf(tmp_path, mjcf(more=more))))
     if "hfield" not in more:
-        (tmp_path / "arm.urdf").write_text(urdf(more=more))
-        assert said in refused(pair_of(tmp_path, "arm.urdf"))
+        assert said in refusal(load, str(pair_of_urdf(tmp_path, urdf(more=more))))
 
 
 def test_pictures_are_never_opened(tmp_path: Path) -> None:
@@ -346,7 +319,7 @@ def test_pictures_are_never_opened(tmp_path: Path) -> None:
         '<texture name="sky" type="skybox" builtin="flat" width="12000" height="72000"/></asset>'
     )
     text = mjcf(more=more).replace('type="box"', 'type="box" material="wood"')
-    robot = of_mjcf(tmp_path, text)
+    robot = load(str(pair_of_mjcf(tmp_path, text)))
     assert (robot.model.ntex, robot.model.nmat) == (0, 2)
     save(plan_fold(folder(tmp_path / "fold", span=0.24, width=0.18), robot, place=PLACE), tmp_path / "plan")
     assert mujoco.MjModel.from_xml_path(str(tmp_path / "plan" / "robot.xml")).ntex == 0

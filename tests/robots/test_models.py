@@ -15,38 +15,17 @@ from tatamu.robots.chain import Chain
 from tatamu.robots.description import files_of
 from tatamu.robots.modelfile import read_model
 from tatamu.robots.soundness import check_kinematics
-from tests.robots.arms import BOX, mjcf, pair, pair_of, urdf
+from tests.refusals import refusal
+from tests.robots.arms import BOX, finger, mjcf, pair, pair_of, pair_of_mjcf, pair_of_urdf, urdf
 from tests.robots.folds import folder
 
-FINGERS = (
-    '<body name="{name}" pos="0 0 0.06"><joint name="{name}" type="slide" axis="0 1 0" range="{range}"/>'
-    '<inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'
-    '<geom type="box" size="0.005 0.005 0.02" pos="0 0 0.02"/></body>'
-)
-HAND = FINGERS.format(name="left", range="0.021 0.057") + FINGERS.format(name="right", range="-0.057 -0.021")
+HAND = finger("left", "0.021 0.057") + finger("right", "-0.057 -0.021")
 COUPLED = '<equality><joint joint1="right" joint2="left" polycoef="0 -1 0 0 0"/></equality>'
 PLACE = (0.36, -0.16, np.radians(50))
 
 
-def of_mjcf(path: Path, top: str = "", arm: str = "", **model: object) -> Robot:
-    (path / "arm.xml").write_text(mjcf(**model))  # type: ignore[arg-type]
-    return load(str(pair_of(path, "arm.xml", top=top, arm=arm)))
-
-
-def of_urdf(path: Path, text: str, top: str = "", arm: str = "") -> Robot:
-    (path / "arm.urdf").write_text(text)
-    return load(str(pair_of(path, "arm.urdf", top=top, arm=arm)))
-
-
 def at(robot: Robot, joint: str) -> float:
     return float(robot.initial[robot.model.joint(joint).qposadr[0]])
-
-
-def refused(path: Path) -> str:
-    with pytest.raises(InputError) as error:
-        load(str(path))
-    assert "\n" not in str(error.value)
-    return str(error.value)
 
 
 # Joints that follow others
@@ -54,8 +33,7 @@ def refused(path: Path) -> str:
 
 def test_a_mimic_joint_of_an_arm_is_refused_by_name(tmp_path: Path) -> None:
     mimic = '<joint name="bend" type="revolute"><mimic joint="elbow" multiplier="-1"/>'
-    (tmp_path / "arm.urdf").write_text(urdf().replace('<joint name="bend" type="revolute">', mimic))
-    said = refused(pair_of(tmp_path, "arm.urdf"))
+    said = refusal(load, str(pair_of_urdf(tmp_path, urdf().replace('<joint name="bend" type="revolute">', mimic))))
     assert "larm_bend follows larm_elbow" in said and "rarm_bend follows rarm_elbow" in said
 
 
@@ -69,21 +47,19 @@ def test_a_mimic_joint_of_an_arm_is_refused_by_name(tmp_path: Path) -> None:
     ],
 )
 def test_an_equality_that_a_plan_would_break_is_refused_by_name(tmp_path: Path, equality: str, named: str) -> None:
-    (tmp_path / "arm.xml").write_text(mjcf(more=f"<equality>{equality}</equality>"))
-    assert named in refused(pair_of(tmp_path, "arm.xml"))
+    assert named in refusal(load, str(pair_of_mjcf(tmp_path, mjcf(more=f"<equality>{equality}</equality>"))))
 
 
 def test_a_link_that_follows_an_arm_from_outside_it_is_refused(tmp_path: Path) -> None:
     rod = '<equality><joint joint1="left" joint2="elbow" polycoef="0 0.01 0 0 0"/></equality>'
-    (tmp_path / "arm.xml").write_text(mjcf(hand=HAND, more=rod))
-    assert "larm_left follows larm_elbow" in refused(pair_of(tmp_path, "arm.xml"))
+    assert "larm_left follows larm_elbow" in refusal(load, str(pair_of_mjcf(tmp_path, mjcf(hand=HAND, more=rod))))
 
 
 # Joints outside the arms
 
 
 def test_fingers_stand_at_the_nearest_allowed_value(tmp_path: Path) -> None:
-    robot = of_mjcf(tmp_path, hand=HAND)
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf(hand=HAND))))
     assert (at(robot, "larm_left"), at(robot, "rarm_right")) == (0.021, -0.021)
     plan = plan_fold(folder(tmp_path / "fold", span=0.24, width=0.18), robot, place=PLACE)
     column = robot.model.joint("larm_left").qposadr[0]
@@ -91,7 +67,7 @@ def test_fingers_stand_at_the_nearest_allowed_value(tmp_path: Path) -> None:
 
 
 def test_fingers_stand_where_the_description_says_and_followers_follow(tmp_path: Path) -> None:
-    robot = of_mjcf(tmp_path, hand=HAND, more=COUPLED, arm="standing = { left = 0.05 }")
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf(hand=HAND, more=COUPLED), arm="standing = { left = 0.05 }")))
     assert at(robot, "larm_left") == 0.05 and at(robot, "larm_right") == pytest.approx(-0.05)
 
 
@@ -126,18 +102,15 @@ def test_a_whole_robot_says_where_its_joints_stand_once(tmp_path: Path) -> None:
     ],
 )
 def test_a_wrong_place_to_stand_is_named(tmp_path: Path, top: str, arm: str, named: str) -> None:
-    (tmp_path / "arm.xml").write_text(mjcf(hand=HAND))
-    assert named in refused(pair_of(tmp_path, "arm.xml", top=top, arm=arm))
+    assert named in refusal(load, str(pair_of_mjcf(tmp_path, mjcf(hand=HAND), top=top, arm=arm)))
 
 
 # Kinematics
 
 
 def test_the_reference_of_a_joint_shifts_its_angle_and_nothing_else(tmp_path: Path) -> None:
-    plain, shifted = tmp_path / "plain", tmp_path / "shifted"
-    plain.mkdir()
-    shifted.mkdir()
-    robots = of_mjcf(plain), of_mjcf(shifted, refs={"elbow": 0.5, "roll": -0.3})
+    models = mjcf(), mjcf(refs={"elbow": 0.5, "roll": -0.3})
+    robots = [load(str(pair_of_mjcf(tmp_path, model))) for model in models]
     angles = np.array([[0.3, -0.2, 1.1, 0.4, 0.5, -0.6]])
     tools = [
         Chain.of(robot, robot.larm).tool(angles + shift)[0]
@@ -166,8 +139,7 @@ def test_kinematics_that_differ_from_mujocos_are_refused_with_the_distance(
 def test_a_joint_without_one_angle_is_named_with_its_body(tmp_path: Path, kind: str) -> None:
     joint = {"named": '<freejoint name="loose"/>', "unnamed": "<freejoint/>", "ball": '<joint type="ball"/>'}[kind]
     cube = f'<body name="cube" pos="0.5 0 1">{joint}<geom size=".02" mass=".05"/></body>'
-    (tmp_path / "arm.xml").write_text(mjcf(world=cube))
-    said = refused(pair_of(tmp_path, "arm.xml"))
+    said = refusal(load, str(pair_of_mjcf(tmp_path, mjcf(world=cube))))
     assert f"the {'ball' if kind == 'ball' else 'free'} joint" in said and "body 'larm_cube'" in said
     assert kind != "named" or "larm_loose" in said
 
@@ -182,22 +154,20 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
     path.write_text(text)
     assert (
         "larm: joints must be at least 5, given 4: three move the hand and two keep the jaw across the hem"
-        in refused(path)
+        in refusal(load, str(path))
     )
 
 
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:
-    flat = mjcf().replace('axis="0 0 1"', 'axis="0 1 0"')
-    (tmp_path / "arm.xml").write_text(flat)
-    assert "larm.joints: must move and turn the tool in 6 directions" in refused(pair_of(tmp_path, "arm.xml"))
+    path = pair_of_mjcf(tmp_path, mjcf().replace('axis="0 0 1"', 'axis="0 1 0"'))
+    assert "larm.joints: must move and turn the tool in 6 directions" in refusal(load, str(path))
 
 
 # Limits of the model
 
 
 def test_a_speed_above_the_models_is_lowered_with_its_acceleration_and_said(tmp_path: Path) -> None:
-    (tmp_path / "arm.urdf").write_text(urdf())
-    path = pair_of(tmp_path, "arm.urdf")
+    path = pair_of_urdf(tmp_path, urdf())
     path.write_text(path.read_text().replace("speed = [2.0, 2.0", "speed = [120.0, 1.0"))
     robot = load(str(path))
     assert robot.larm.planned_speed.tolist() == [2.0, 1.0, 2.0, 2.0, 2.0, 2.0]
@@ -207,8 +177,7 @@ def test_a_speed_above_the_models_is_lowered_with_its_acceleration_and_said(tmp_
 
 
 def test_a_speed_above_the_models_counts_for_joints_that_are_named(tmp_path: Path) -> None:
-    (tmp_path / "arm.urdf").write_text(urdf())
-    path = pair_of(tmp_path, "arm.urdf", arm='faster_than_model = ["pan"]')
+    path = pair_of_urdf(tmp_path, urdf(), arm='faster_than_model = ["pan"]')
     path.write_text(path.read_text().replace("speed = [2.0, 2.0", "speed = [3.0, 3.0"))
     robot = load(str(path))
     assert robot.larm.planned_speed.tolist()[:2] == [3.0, 2.0]
@@ -216,14 +185,14 @@ def test_a_speed_above_the_models_counts_for_joints_that_are_named(tmp_path: Pat
 
 
 def test_a_speed_that_no_model_bounds_must_be_one_of_a_robot(tmp_path: Path) -> None:
-    (tmp_path / "arm.xml").write_text(mjcf())
-    path = pair_of(tmp_path, "arm.xml")
+    path = pair_of_mjcf(tmp_path, mjcf())
     path.write_text(path.read_text().replace("speed = [2.0", "speed = [120.0"))
-    assert "larm.speed: pan must be at most 20 rad/s, because the model states no limit, given 120" in refused(path)
+    said = refusal(load, str(path))
+    assert "larm.speed: pan must be at most 20 rad/s, because the model states no limit, given 120" in said
 
 
 def test_a_speed_limit_of_zero_is_none(tmp_path: Path) -> None:
-    robot = of_urdf(tmp_path, urdf().replace('velocity="2"', 'velocity="0"'))
+    robot = load(str(pair_of_urdf(tmp_path, urdf().replace('velocity="2"', 'velocity="0"'))))
     assert robot.notes == () and robot.larm.planned_speed[0] == 2.0
 
 
@@ -284,7 +253,7 @@ def test_a_package_of_the_description_is_relative_to_it_and_kept_with_it(tmp_pat
 
 def test_a_package_that_is_nowhere_is_said_with_what_to_write(tmp_path: Path) -> None:
     in_package(tmp_path, "package://shapes/meshes/link.stl")
-    said = refused(pair_of(tmp_path, "my_arm/urdf/arm.urdf"))
+    said = refusal(load, str(pair_of(tmp_path, "my_arm/urdf/arm.urdf")))
     assert "package://shapes/meshes/link.stl" in said and 'packages = { shapes = "FOLDER" }' in said
 
 
@@ -325,7 +294,7 @@ def test_a_model_file_that_cannot_be_read_is_one_line(tmp_path: Path, text: str,
         (tmp_path / broken).write_text("solid nothing")
     path = pair_of(tmp_path, "arm.urdf")
     if named:
-        assert named in refused(path)
+        assert named in refusal(load, str(path))
     else:
         load(str(path))
 
@@ -340,14 +309,13 @@ def test_a_model_file_that_cannot_be_read_is_one_line(tmp_path: Path, text: str,
 )
 def test_a_number_that_no_robot_has_is_named(tmp_path: Path, old: str, new: str, named: str) -> None:
     assert old in mjcf()
-    (tmp_path / "arm.xml").write_text(mjcf().replace(old, new))
-    assert named in refused(pair_of(tmp_path, "arm.xml"))
+    assert named in refusal(load, str(pair_of_mjcf(tmp_path, mjcf().replace(old, new))))
 
 
 def test_nothing_but_our_line_is_written(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "left.xml").write_text(mjcf(more='<option integrator="RK4" timestep="0.1"/>'))
     (tmp_path / "right.xml").write_text(mjcf().replace('pos="0 0 0.35"', 'pos="0 0 NaN"'))
-    refused(pair_of(tmp_path, "left.xml", "right.xml"))
+    refusal(load, str(pair_of(tmp_path, "left.xml", "right.xml")))
     load(str(pair_of(tmp_path, "left.xml")))
     said = capfd.readouterr()
     assert (said.out, said.err) == ("", "")
@@ -368,8 +336,7 @@ def test_an_mjcf_brings_its_meshes_height_fields_and_includes_and_no_textures(tm
     text = mjcf(world=world, more=more).replace(
         'type="box" size="0.03 0.03 0.025"', 'type="mesh" mesh="link" material="wood"'
     )
-    (tmp_path / "arm.xml").write_text(text)
-    path = pair_of(tmp_path, "arm.xml")
+    path = pair_of_mjcf(tmp_path, text)
     robot = load(str(path))
     assert (robot.model.nmesh, robot.model.nhfield, robot.model.ntex) == (2, 2, 0)
     names = {file.name for file in files_of(path)}
@@ -394,7 +361,7 @@ def test_what_a_model_says_of_drives_and_sensors_is_left_out(tmp_path: Path) -> 
         '<sensor><actuatorfrc actuator="drive"/></sensor><keyframe><key qpos="0 0 0 0 0 0" ctrl="0"/></keyframe>'
         '<option integrator="RK4"><flag contact="disable"/></option>'
     )
-    robot = of_mjcf(tmp_path, more=more)
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf(more=more))))
     assert (robot.model.nu, robot.model.nsensor, robot.model.nkey) == (0, 0, 0)
     assert not robot.model.opt.disableflags
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -18,7 +19,8 @@ from tatamu.study.inputs import Sources, keep_inputs
 from tatamu.study.options import FoldOptions, LearnOptions
 from tatamu.study.record import StudyRecord
 from tatamu.study.store import load_settings
-from tests.commands import tatamu
+from tests.commands import refused
+from tests.refusals import refusal
 from tests.robots.arms import pair
 
 FILE = "[source]\nhands = 'measured'\n[hands]\nyaw = 0.02\n[fingers]\nthickness = 0.004\n"
@@ -100,8 +102,7 @@ def test_a_wrong_field_is_one_line_and_nothing_is_written(
     tmp_path: Path,
 ) -> None:
     robot = str(make(tmp_path, text))
-    done = tatamu("learn", "towel", "--robot", robot, "--out", str(tmp_path / "out"))
-    assert done.returncode == 2 and named in done.stderr and done.stderr.count("\n") == 1
+    assert named in refused("learn", "towel", "--robot", robot, "--out", str(tmp_path / "out"))
     assert not (tmp_path / "out").exists()
     with pytest.raises(InputError, match="hand"):
         load(robot)  # other commands refuse it too
@@ -119,6 +120,4 @@ def test_what_is_no_file_and_no_table_is_refused(tmp_path: Path, line: str, said
     path = pair(tmp_path)
     path.write_text(f"{line}\n" + path.read_text())
     for read in (disturbances_of, files_of, lambda path: load(str(path))):
-        with pytest.raises(InputError, match=said) as error:
-            read(path)
-        assert "\n" not in str(error.value)
+        assert re.search(said, refusal(read, path))

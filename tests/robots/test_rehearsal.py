@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,6 +29,7 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tatamu.study.options import LearnOptions
 from tests.browser import Phone
 from tests.commands import tatamu
+from tests.refusals import refusal
 
 MATERIAL = Material(
     areal_density=0.2,
@@ -88,15 +90,14 @@ def test_nothing_touches(done: Rehearsal) -> None:
 
 
 def test_arms_that_are_driven_into_one_another_are_reported(plan_folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(plan_folder, tmp_path / "bad")
-    planned = Planned.load(tmp_path / "bad")
+    planned = Planned.load(plan_folder)
     inwards = planned.angles[:400].copy()
     ramp = np.linspace(0, 1.1, 400)
     inwards[:, planned.plan.joints.index("LARM_JOINT0")] -= ramp
     inwards[:, planned.plan.joints.index("RARM_JOINT0")] += ramp
     found = rehearse(Planned(planned.folder, planned.plan, planned.times[:400], inwards))
     assert any({name[0] for name in contact.links} == {"L", "R"} for contact in found.contacts)
-    assert "warning" in "\n".join(summary(save(found, tmp_path / "bad" / "rehearsal")))
+    assert "warning" in "\n".join(summary(save(found, tmp_path / "rehearsal")))
 
 
 def test_the_hands_of_the_scene_go_where_the_tools_went(done: Rehearsal) -> None:
@@ -269,6 +270,13 @@ def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -
         assert lasting == pytest.approx(1000 * done.times[-1], abs=200)
 
 
+@pytest.fixture
+def broken(plan_folder: Path, tmp_path: Path) -> Path:
+    """A copy of a plan, for tests to break."""
+    shutil.copytree(plan_folder, tmp_path / "broken")
+    return tmp_path / "broken"
+
+
 @pytest.mark.parametrize(
     ("name", "text", "field"),
     [
@@ -280,15 +288,10 @@ def test_the_film_lasts_as_long_as_the_motion(done: Rehearsal, tmp_path: Path) -
         ("plan.json", ('"WAIST"', '"HIP"'), "robot.xml: .*HIP"),
     ],
 )
-def test_a_broken_plan_is_named(
-    plan_folder: Path, tmp_path: Path, name: str, text: str | tuple[str, str], field: str
-) -> None:
-    shutil.copytree(plan_folder, tmp_path / "broken")
-    path = tmp_path / "broken" / name
+def test_a_broken_plan_is_named(broken: Path, name: str, text: str | tuple[str, str], field: str) -> None:
+    path = broken / name
     path.write_text(text if isinstance(text, str) else path.read_text().replace(*text))
-    with pytest.raises(InputError, match=field) as error:
-        rehearse(Planned.load(tmp_path / "broken"))
-    assert "\n" not in str(error.value)
+    assert re.search(field, refusal(lambda: rehearse(Planned.load(broken))))
 
 
 @pytest.mark.parametrize(
@@ -306,35 +309,28 @@ def test_a_broken_plan_is_named(
     ],
 )
 def test_a_table_that_is_none_of_a_robot_is_one_line(
-    plan_folder: Path, tmp_path: Path, row: int, column: int, value: str, named: str
+    broken: Path, row: int, column: int, value: str, named: str
 ) -> None:
-    shutil.copytree(plan_folder, tmp_path / "broken")
-    path = tmp_path / "broken" / "joint_trajectory.csv"
+    path = broken / "joint_trajectory.csv"
     rows = [line.split(",") for line in path.read_text().splitlines()]
     rows[row][column] = value
     path.write_text("\n".join(",".join(fields) for fields in rows))
-    with pytest.raises(InputError, match=named) as error:
-        Planned.load(tmp_path / "broken")
-    assert "\n" not in str(error.value)
+    assert re.search(named, refusal(Planned.load, broken))
 
 
 @pytest.mark.parametrize("value", [1e308, "NaN", "far"])
-def test_a_place_that_is_none_is_one_line(plan_folder: Path, tmp_path: Path, value: float | str) -> None:
-    shutil.copytree(plan_folder, tmp_path / "broken")
-    path = tmp_path / "broken" / "plan.json"
+def test_a_place_that_is_none_is_one_line(broken: Path, value: float | str) -> None:
+    path = broken / "plan.json"
     plan = json.loads(path.read_text())
     plan["task_in_base"]["yaw"] = float("nan") if value == "NaN" else value
     path.write_text(json.dumps(plan))
-    with pytest.raises(InputError, match=r"task_in_base\.yaw"):
-        Planned.load(tmp_path / "broken")
+    assert "task_in_base.yaw" in refusal(Planned.load, broken)
 
 
-def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(plan_folder, tmp_path / "short")
-    path = tmp_path / "short" / "joint_trajectory.csv"
+def test_a_table_that_ends_before_the_hands_open_is_refused(broken: Path) -> None:
+    path = broken / "joint_trajectory.csv"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:1700]))
-    with pytest.raises(InputError, match=r"joint_trajectory.csv: ends at 8.49 s, before the last event"):
-        Planned.load(tmp_path / "short")
+    assert "joint_trajectory.csv: ends at 8.49 s, before the last event" in refusal(Planned.load, broken)
 
 
 def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
