@@ -52,12 +52,12 @@ class ReachConstraint:
         """Yield the quality from each start pose, and why it is negative, until the robot can do the fold."""
         for robot in self._ways[len(hands.curves)]:
             try:
-                ranking = first_placement(robot, hands, table_heights(robot))
+                best = first_placement(robot, hands, table_heights(robot))[0]
             except Refused as error:
                 yield -1.0, error
                 continue
-            yield float(ranking.quality[0]), None if ranking.good else out_of_reach(robot, hands, ranking)
-            if ranking.good:
+            yield best.quality, None if best.is_good else out_of_reach(robot, hands, best)
+            if best.is_good:
                 return
 
 

@@ -19,7 +19,7 @@ from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, cloth_of
 from tatamu.robots.placement import Refused
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import SEARCH, PlacementRanking, best_placements, out_of_reach, table_heights
+from tatamu.robots.reach import POINTS, SEARCH, Rated, best_placements, out_of_reach, table_heights
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -45,7 +45,7 @@ class RobotPlan:
     task: PlacedFold
     motion: Motion
     checks: dict[str, PlanCheck]
-    reach: PlacementRanking | None
+    reach: list[Rated] | None
     """Result of the search for placements; None if the user gave the placement."""
 
     @property
@@ -131,7 +131,9 @@ def plan_fold(
         except Refused as error:
             refusals.append(error)
             continue
-        for task, reach in _candidates(source, starting, hands, place, heights, refusals, searched):
+        turnings = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
+        reach = best_placements(starting, hands, heights, cloth_of(source), searched, place, turnings)
+        for task in _candidates(source, starting, hands, reach, refusals):
             try:
                 found = _worked_out(task, pace or Pace(), reach if place is None else None)
                 return found if not hover else _hovering(found, hover, pace or Pace())
@@ -148,22 +150,15 @@ def _candidates(
     source: Result | ResultFolder,
     robot: Robot,
     hands: HandMotion,
-    place: tuple[float, float, float] | None,
-    heights: tuple[float, float],
+    reach: list[Rated],
     refusals: list[Refused],
-    progress: Callable[[int], object],
-) -> list[tuple[PlacedFold, PlacementRanking]]:
+) -> list[PlacedFold]:
     """Return the most promising placements of the fold, each as a fold to plan."""
-    turnings = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
-    reach = best_placements(robot, hands, heights, cloth_of(source), progress, place, turnings)
-    count = min(CANDIDATES, reach.good)
+    count = min(CANDIDATES, sum(each.is_good for each in reach))
     if count == 0:
-        refusals.append(out_of_reach(robot, hands, reach))
-        count = int(reach.reached[:, 0].min() == len(reach.times))  # if the arms reach all points, one is planned
-    return [
-        (PlacedFold(robot, hands, placement, holds, source), reach)
-        for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
-    ]
+        refusals.append(out_of_reach(robot, hands, reach[0]))
+        count = int(min(reach[0].reached) == POINTS)  # if the arms reach all points, one is planned
+    return [PlacedFold(robot, hands, each.placement, each.holds, source) for each in reach[:count]]
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
@@ -177,7 +172,7 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
         ) from None
 
 
-def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
+def _worked_out(task: PlacedFold, pace: Pace, reach: list[Rated] | None) -> RobotPlan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed)
     driven = motion(task.robot, task.hands, stages, pace, task.hover > 0)

@@ -57,13 +57,13 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
         heights = table_heights(robot, wanted.table_height)
     except Refused as error:
         raise InputError(f"robot.table_height: {error}") from None
-    found = best_placements(robot, hands, heights, place=wanted.place)
-    if not found.good:
+    best = best_placements(robot, hands, heights, place=wanted.place)[0]
+    if not best.is_good:
         raise InputError(f"robot: {wanted.name} cannot reach the largest fold that may be drawn; give smaller sizes")
     return Stand(
         robot=wanted.name,
-        place=list(astuple(found.placements[0])),
-        holds=[(hold.tilt, hold.yaw, hold.flipped) for hold in found.holds[0]],
+        place=list(astuple(best.placement)),
+        holds=[(hold.tilt, hold.yaw, hold.flipped) for hold in best.holds],
         grips=[(grip.heading, grip.over) for grip in grips_of(robot, hands)],
     )
 
