@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os.path import commonprefix
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tatamu.evaluation.disturbances import Disturbances
 from tatamu.robots.arm import Arm
 from tatamu.robots.extras import needed
 from tatamu.robots.pose import to_quaternion
@@ -59,6 +61,10 @@ class Robot:
     """Type of the robot in LeRobot; empty if the type is the robot's name."""
     notes: tuple[str, ...] = ()
     """What the user must know of how the robot's files were read, one line each."""
+    files: tuple[Path, ...] = ()
+    """The files that the robot is made from, its description first."""
+    disturbances: Disturbances | None = None
+    """Disturbances of this robot; None if its description has none."""
     alone: str = ""
     """Name of the only arm that folds; empty if both arms fold."""
 

@@ -49,18 +49,12 @@ class RobotPlan:
     """Result of the search for placements; None if the user gave the placement."""
 
     @property
-    def events(self) -> tuple[FingerEvent, ...]:
-        """Times at which fingers close and open; empty if the motion only hovers above the table."""
-        return () if self.task.hover else self.motion.events
-
-    @property
     def gripper_commands(self) -> tuple[GripperCommand, ...]:
         """Commands to the grippers in the order of time.
 
         The jaws open at the start, close at the event `close` and open again at the event `open`.
         """
         names = ("lead",) if self.task.hover else ("lead", "close", "open")
-        stages = [self.motion.part(name) for name in names]
         return tuple(
             GripperCommand.model_validate(
                 {
@@ -71,23 +65,29 @@ class RobotPlan:
                     "duration": round(stage.timed.duration, 6),
                 }
             )
-            for stage in stages
+            for stage in map(self.motion.part, names)
             for arm in self.task.robot.folding
+        )
+
+    @property
+    def events(self) -> tuple[FingerEvent, ...]:
+        """Times at which fingers close and open; empty if the motion only hovers above the table."""
+        commands = self.gripper_commands[len(self.task.robot.folding) :]
+        return tuple(
+            FingerEvent(time=each.time, arm=each.arm, event="close" if each.width == SHUT else "open")
+            for each in commands
         )
 
     @property
     def segments(self) -> tuple[Segment, ...]:
         """The parts of the motion. A program that plays the motion can stop between two parts."""
         closing, opening = self.motion.part("close"), self.motion.part("open")
-        close, release = ("", "") if self.task.hover else ("close", "open")
-        spans = (
-            ("approach", 0.0, closing.start, close),
-            ("fold", closing.end, opening.start, release),
-            ("leave", opening.end, max(part.end for part in self.motion.parts), ""),
-        )
+        end = max(part.end for part in self.motion.parts)
+        spans = (("approach", 0.0, closing.start), ("fold", closing.end, opening.start), ("leave", opening.end, end))
+        then = ("", "", "") if self.task.hover else ("close", "open", "")
         return tuple(
-            Segment.model_validate({"name": name, "start": round(a, 6), "duration": round(b - a, 6), "then": then})
-            for name, a, b, then in spans
+            Segment.model_validate({"name": name, "start": round(a, 6), "duration": round(b - a, 6), "then": word})
+            for (name, a, b), word in zip(spans, then, strict=True)
         )
 
 
@@ -133,7 +133,12 @@ def plan_fold(
             continue
         turnings = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
         reach = best_placements(starting, hands, heights, cloth_of(source), searched, place, turnings)
-        for task in _candidates(source, starting, hands, reach, refusals):
+        tried = [each for each in reach[:CANDIDATES] if each.is_good]
+        if not tried:
+            refusals.append(out_of_reach(starting, hands, reach[0]))
+            tried = [each for each in reach[:1] if min(each.reached) == POINTS]  # if the arms reach all, one is planned
+        for each in tried:
+            task = PlacedFold(starting, hands, each.placement, each.holds, source)
             try:
                 found = _worked_out(task, pace or Pace(), reach if place is None else None)
                 return found if not hover else _hovering(found, hover, pace or Pace())
@@ -144,21 +149,6 @@ def plan_fold(
         raise InputError(f"{name}: refused: {best}")
     arms = "both arms" if len(hands.curves) > 1 else "an arm"
     raise NoPlacement(f"{name}: no placement in front of the robot lets {arms} do the fold: {best}")
-
-
-def _candidates(
-    source: Result | ResultFolder,
-    robot: Robot,
-    hands: HandMotion,
-    reach: list[Rated],
-    refusals: list[Refused],
-) -> list[PlacedFold]:
-    """Return the most promising placements of the fold, each as a fold to plan."""
-    count = min(CANDIDATES, sum(each.is_good for each in reach))
-    if count == 0:
-        refusals.append(out_of_reach(robot, hands, reach[0]))
-        count = int(min(reach[0].reached) == POINTS)  # if the arms reach all points, one is planned
-    return [PlacedFold(robot, hands, each.placement, each.holds, source) for each in reach[:count]]
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
