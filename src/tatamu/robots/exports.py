@@ -52,50 +52,34 @@ STAMP = 1_000_000_000
 """Time stamp of the motion's start [ns]. It is not 0, because 0 is not a valid time in ROS."""
 
 
-class Group(NamedTuple):
-    """The joints of one ROS controller that the motion needs."""
-
-    controller: str
-    names: tuple[str, ...]
-    """Names of the joints in the controller."""
-    columns: list[int]
-    """Indices of the joints in the motion's angles."""
-
-
 class Trajectory(NamedTuple):
     """The whole motion of one ROS controller."""
 
     controller: str
     names: list[str]
     """Names of the k joints in the controller."""
+    columns: list[int]
+    """Indices of the joints in the motion's angles."""
     times: np.ndarray
     """Times of the points from the start [s], shape (n,)."""
     angles: np.ndarray
     """Angles of the joints at the points [rad], shape (n, k)."""
 
 
-def groups(plan: RobotPlan) -> list[Group]:
-    """Return the ROS controllers that the motion needs, each with its joints."""
-    robot = plan.task.robot
-    found = [Group(arm.controller, arm.ros_joints, robot.arm_columns(arm)) for arm in robot.folding]
-    if robot.trunk is not None and plan.task.placement.turning:
-        found.append(Group("torso_controller", (robot.trunk,), [robot.columns[robot.trunk]]))
-    return found
-
-
 def trajectories(plan: RobotPlan) -> list[Trajectory]:
-    """Return the trajectory of each controller.
+    """Return the trajectory of each controller that the motion needs.
 
     The first point is the initial pose, at the end of a lead time. Some ROS bridges move from the robot's present pose
     to the first point. Such a bridge then has the lead time for this move, so the robot does not jump.
     """
-    times = plan.motion.times
+    robot, times = plan.task.robot, plan.motion.times
+    controllers = [(arm.controller, [*arm.ros_joints], robot.arm_columns(arm)) for arm in robot.folding]
+    if robot.trunk is not None and plan.task.placement.turning:
+        controllers.append(("torso_controller", [robot.trunk], [robot.columns[robot.trunk]]))
     first = int(np.ceil(plan.motion.part("approach").start / times[1] - 1e-6))
     rows = _every_few(first, len(times) - 1)
-    return [
-        Trajectory(controller, [*names], np.round(times[rows], 6), _rounded(plan.motion.angles, rows, columns))
-        for controller, names, columns in groups(plan)
-    ]
+    points = np.round(times[rows], 6)
+    return [Trajectory(*each, points, _rounded(plan.motion.angles, rows, each[-1])) for each in controllers]
 
 
 def _every_few(first: int, last: int) -> np.ndarray:
@@ -141,14 +125,14 @@ def trajectory_json(plan: RobotPlan) -> dict[str, Any]:
         "version": 1,
         "units": {"time": "s", "positions": "rad", "width": "m", "force": "N", "duration": "s"},
         "topics": {
-            f"/{controller}/command": {
-                "joint_names": names,
+            f"/{each.controller}/command": {
+                "joint_names": each.names,
                 "points": [
                     {"time_from_start": float(time), "positions": row.tolist()}
-                    for time, row in zip(times, angles, strict=True)
+                    for time, row in zip(each.times, each.angles, strict=True)
                 ],
             }
-            for controller, names, times, angles in trajectories(plan)
+            for each in trajectories(plan)
         },
         "events": [event.model_dump() for event in plan.events],
         "gripper_commands": [command.model_dump() for command in plan.gripper_commands],
@@ -161,12 +145,12 @@ def pattern_json(plan: RobotPlan) -> dict[str, Any]:
         "version": 1,
         "units": {"jointangles": "rad", "tm": "s from the point before", "time": "s", "width": "mm"},
         "groups": {
-            controller.removesuffix("_controller"): {
-                "joint_names": names,
-                "jointangles": angles.tolist(),
-                "tm": np.round(np.diff(times, prepend=0.0), 6).tolist(),
+            each.controller.removesuffix("_controller"): {
+                "joint_names": each.names,
+                "jointangles": each.angles.tolist(),
+                "tm": np.round(np.diff(each.times, prepend=0.0), 6).tolist(),
             }
-            for controller, names, times, angles in trajectories(plan)
+            for each in trajectories(plan)
         },
         "hands": [
             {
@@ -244,10 +228,10 @@ def write_goals(plan: RobotPlan, folder: Path) -> None:
     steps: list[dict[str, Any]] = [_grip(plan, "open", 0)]
     for number, segment in enumerate(plan.segments, start=1):
         goals = {}
-        for group in groups(plan):
-            name = f"{number}-{segment.name}/{group.controller.replace('/', '.')}.json"
-            write_json(folder / name, _goal(plan, segment, group))
-            goals[f"/{group.controller}/follow_joint_trajectory"] = name
+        for each in trajectories(plan):
+            name = f"{number}-{segment.name}/{each.controller.replace('/', '.')}.json"
+            write_json(folder / name, _goal(plan, segment, each.names, each.columns))
+            goals[f"/{each.controller}/follow_joint_trajectory"] = name
         steps.append({"do": "move", "segment": segment.name, "action": FOLLOW, "goals": goals})
         if number < len(plan.segments):
             steps.append({"do": "stop", "before": segment.then})
@@ -267,17 +251,17 @@ def _grip(plan: RobotPlan, word: str, number: int) -> dict[str, Any]:
     return {"do": "grip", "event": word, "action": GRIP, "goals": goals, "wait": commands[0].duration}
 
 
-def _goal(plan: RobotPlan, segment: Segment, group: Group) -> dict[str, Any]:
+def _goal(plan: RobotPlan, segment: Segment, names: list[str], columns: list[int]) -> dict[str, Any]:
     """Return the fields of the FollowJointTrajectory goal with which one controller moves its joints in one segment."""
     times, angles = plan.motion.times, plan.motion.angles
     begins = plan.motion.part("approach").start if segment.name == "approach" else segment.start + times[1]
     last = min(int(np.searchsorted(times, segment.end - 1e-6)), len(times) - 1)
     rows = _every_few(int(np.searchsorted(times, begins - 1e-6)), last)
-    speeds = _rounded(np.gradient(angles, times, axis=0), rows, group.columns)
+    speeds = _rounded(np.gradient(angles, times, axis=0), rows, columns)
     speeds[-1] = 0.0
     points = [
         {"positions": q.tolist(), "velocities": v.tolist(), "time_from_start": _duration(float(time))}
-        for time, q, v in zip(times[rows] - segment.start, _rounded(angles, rows, group.columns), speeds, strict=True)
+        for time, q, v in zip(times[rows] - segment.start, _rounded(angles, rows, columns), speeds, strict=True)
     ]
-    trajectory = {"joint_names": [*group.names], "points": points}
+    trajectory = {"joint_names": names, "points": points}
     return {"trajectory": trajectory, "goal_time_tolerance": _duration(1.0)}

@@ -89,10 +89,8 @@ class FoldEnv(GarmentEnv):
             raise InputError(f"action: must be {len(NAMES)} finite numbers, given {action}")
         parts = 0.5 * (np.clip(given, -1.0, 1.0) + 1.0)
         bounds = [self.task.space.bounds[name] for name in NAMES]
-        values = [
-            each.nearest(each.low + part * (each.high - each.low)) for each, part in zip(bounds, parts, strict=True)
-        ]
-        return dict(zip(NAMES, values, strict=True))
+        wanted = [each.low + part * (each.high - each.low) for each, part in zip(bounds, parts, strict=True)]
+        return {name: each.nearest(value) for name, each, value in zip(NAMES, bounds, wanted, strict=True)}
 
     def action(self, parameters: Parameters) -> np.ndarray:
         """Return the action for parameters, shape (6,)."""
