@@ -133,8 +133,7 @@ def _assembled(
         rarm=rarm,
         joints=tuple(description.joints) or (*larm.joints, *rarm.joints),
         trunk=trunk.joint if trunk else None,
-        trunk_speed=trunk.speed if trunk else 1.0,
-        trunk_acceleration=trunk.acceleration if trunk else 1.0,
+        trunk_limits=(trunk.speed, trunk.acceleration) if trunk else (1.0, 1.0),
         poses=(
             StartPose(description.initial_pose, larm.initial, rarm.initial),
             *(StartPose(pose.name, np.array(pose.larm), np.array(pose.rarm)) for pose in description.poses),

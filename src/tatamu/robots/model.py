@@ -45,10 +45,8 @@ class Robot:
     """Names of all joints in the robot's own order."""
     trunk: str | None
     """Joint that carries both arms and turns them about z of the base B; None if the robot has no trunk joint."""
-    trunk_speed: float
-    """Maximum speed of the trunk in plans [rad/s]."""
-    trunk_acceleration: float
-    """Limit of the trunk's acceleration in plans [rad/s^2]."""
+    trunk_limits: tuple[float, float]
+    """Maximum speed [rad/s] and acceleration [rad/s^2] of the trunk in plans."""
     poses: tuple[StartPose, ...]
     """Poses in which motions can start, the usual pose first. The arms are in one of them."""
     table_heights: tuple[float, float]
@@ -177,7 +175,7 @@ class Robot:
             speed[columns], acceleration[columns] = arm.planned_speed, arm.planned_acceleration
         if self.trunk is not None:
             column = self.columns[self.trunk]
-            speed[column], acceleration[column] = self.trunk_speed, self.trunk_acceleration
+            speed[column], acceleration[column] = self.trunk_limits
         return speed, acceleration
 
     @cached_property
