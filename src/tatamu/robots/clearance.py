@@ -49,6 +49,7 @@ class Clearance:
         self._mujoco, self.model = mujoco, robot.model
         self._data = robot.at_rest()
         self._table = self.model.geom(TABLE).id
+        self._table_position = self._data.geom_xpos[self._table]  # a view, which is set after each computation of poses
         self._base = float(self._data.body(robot.base).xpos[2])
         self._kinds = kinds
         # Each pair has a kind, and another one if the second shape is completely below the table.
@@ -109,7 +110,7 @@ class Clearance:
     def _move(self, configuration: np.ndarray) -> None:
         self._data.qpos[:] = configuration
         self._mujoco.mj_kinematics(self.model, self._data)
-        self._data.geom_xpos[self._table][2] = self._top - self.model.geom_size[self._table][2]
+        self._table_position[2] = self._top - self._thickness[self._table]
 
     def _nearest(self, pairs: np.ndarray, bound: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
         """Return the smallest distance of the given pairs of shapes [m], and the names of the two links."""
