@@ -271,7 +271,7 @@ def test_a_learned_fold_is_shown_with_its_neighbours(folder: Path) -> None:
     runs = read_runs(learned)
     assert len(runs) == 1 and runs[0].source == str(folder)
     drawn = draw_fold(learned, runs, 7)
-    assert drawn.middle == runs[0].parameters and drawn.subject == runs[0].subject
+    assert drawn.middle is not None and drawn.middle == runs[0].middle and drawn.subject == runs[0].subject
     assert drawn.subject.garment == "towel" and isinstance(drawn.subject.material, dict)
 
 

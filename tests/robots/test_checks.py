@@ -21,7 +21,7 @@ def checked(plan: RobotPlan, change: Change) -> set[str]:
     """Names of the checks that fail when the joint angles are changed."""
     angles = plan.motion.angles.copy()
     change(plan, angles)
-    motion = Motion(plan.motion.times, angles, plan.motion.parts, plan.motion.events)
+    motion = Motion(plan.motion.times, angles, plan.motion.parts)
     checks = Checks(plan.task, Paths(plan.task), motion).all()
     return {name for name, check in checks.items() if not check.ok}
 
@@ -83,7 +83,7 @@ def test_a_motion_that_breaks_a_rule_is_caught(plan: RobotPlan, change: Change, 
 def test_a_failed_check_says_which_joint_and_which_frame(plan: RobotPlan) -> None:
     angles = plan.motion.angles.copy()
     beyond(plan, angles)
-    motion = Motion(plan.motion.times, angles, plan.motion.parts, plan.motion.events)
+    motion = Motion(plan.motion.times, angles, plan.motion.parts)
     name, check = failing(Checks(plan.task, Paths(plan.task), motion).all()) or ("", None)
     assert name == "joint_limit_margin" and check is not None
     assert "RARM_JOINT2" in check.failed(name) and f"at frame {check.frame}" in check.failed(name)
@@ -93,5 +93,5 @@ def test_a_slow_robot_is_refused_when_the_fold_would_be_another(plan: RobotPlan)
     fold = plan.motion.part("fold")
     slow = replace(fold, timed=replace(fold.timed, duration=20.0))
     parts = tuple(slow if part is fold else part for part in plan.motion.parts)
-    motion = Motion(plan.motion.times, plan.motion.angles, parts, plan.motion.events)
+    motion = Motion(plan.motion.times, plan.motion.angles, parts)
     assert not Checks(plan.task, Paths(plan.task), motion).all()["time_scaling"].ok

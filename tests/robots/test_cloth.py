@@ -50,12 +50,12 @@ def test_an_orientation_in_which_the_hand_enters_the_cloth_is_left_out(robot: Ro
 
 def test_the_search_takes_an_orientation_that_stays_out_of_the_cloth(robot: Robot) -> None:
     hands = HandMotion.exact(exact(span=0.5, width=0.4))
-    free = search(robot, hands, [PLACE], fine=True)
-    cloth = behind(robot, hands, free.holds[0][0], 0.08)
-    found = search(robot, hands, [PLACE], fine=True, cloth=cloth)
-    assert free.good == found.good == 1
-    assert not clear_holds(robot, robot.larm, hands, [free.holds[0][0]], cloth)[0]
-    assert clear_holds(robot, robot.larm, hands, [found.holds[0][0]], cloth)[0]
+    (free,) = search(robot, hands, [PLACE], fine=True)
+    cloth = behind(robot, hands, free.holds[0], 0.08)
+    (found,) = search(robot, hands, [PLACE], fine=True, cloth=cloth)
+    assert free.is_good and found.is_good
+    assert not clear_holds(robot, robot.larm, hands, [free.holds[0]], cloth)[0]
+    assert clear_holds(robot, robot.larm, hands, [found.holds[0]], cloth)[0]
 
 
 def test_a_result_in_memory_has_the_plan_of_its_folder(tmp_path: Path, robot: Robot) -> None:

@@ -16,11 +16,9 @@ from scipy.interpolate import CubicHermiteSpline
 from tatamu.base.errors import InputError
 from tatamu.robots import RobotPlan, load, plan_fold, save
 from tatamu.robots.arm import RosNames
-from tatamu.robots.bags import GRIPPER, typestore, write_ros1, write_ros2
-from tatamu.robots.goals import write_goals
+from tatamu.robots.exports import GRIPPER, trajectory_json, typestore, write_goals, write_ros1, write_ros2
 from tatamu.robots.motion import Pace
 from tatamu.robots.planfile import Planned
-from tatamu.robots.tables import trajectory_json
 from tatamu.study.folder import ResultFolder
 from tests.robots.arms import pair_of, urdf
 

@@ -7,7 +7,7 @@ from tatamu.base.errors import InputError
 from tatamu.robots import ReachConstraint, Robot, load
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.placement import Placement
-from tatamu.robots.reach import PlacementRanking, search
+from tatamu.robots.reach import Rated, search
 from tests.robots.folds import exact
 
 
@@ -28,10 +28,10 @@ def test_an_answer_does_not_depend_on_earlier_answers() -> None:
 def test_a_fold_that_cannot_lie_straight_ahead_is_searched_for_everywhere(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
 
-    def counted(robot: Robot, hands: HandMotion, placements: list[Placement], **options: Any) -> PlacementRanking:
+    def counted(robot: Robot, hands: HandMotion, placements: list[Placement], **options: Any) -> list[Rated]:
         asked.append(len(placements))
         found = search(robot, hands, placements, **options)
-        return replace(found, quality=found.quality - 2) if len(asked) == 1 else found
+        return [each._replace(quality=each.quality - 2) for each in found] if len(asked) == 1 else found
 
     monkeypatch.setattr("tatamu.robots.reach.search", counted)
     assert ReachConstraint(load("hironx"))(exact()) >= 0

@@ -12,7 +12,6 @@ from PIL import Image
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, load, plan_fold
 from tatamu.robots.chain import Chain
-from tatamu.robots.description import files_of
 from tatamu.robots.modelfile import read_model
 from tatamu.robots.soundness import check_kinematics
 from tests.refusals import refusal
@@ -247,8 +246,7 @@ def test_a_package_of_the_description_is_relative_to_it_and_kept_with_it(tmp_pat
     in_package(tmp_path, "package://shapes/meshes/link.stl")
     kept = mesh(tmp_path / "other" / "meshes" / "link.stl")
     path = pair_of(tmp_path, "my_arm/urdf/arm.urdf", top='packages = { shapes = "other" }')
-    load(str(path))
-    assert kept in [Path(file) for file in files_of(path)]
+    assert kept in load(str(path)).files
 
 
 def test_a_package_that_is_nowhere_is_said_with_what_to_write(tmp_path: Path) -> None:
@@ -339,7 +337,7 @@ def test_an_mjcf_brings_its_meshes_height_fields_and_includes_and_no_textures(tm
     path = pair_of_mjcf(tmp_path, text)
     robot = load(str(path))
     assert (robot.model.nmesh, robot.model.nhfield, robot.model.ntex) == (2, 2, 0)
-    names = {file.name for file in files_of(path)}
+    names = {file.name for file in load(str(path)).files}
     assert names == {"pair.toml", "arm.xml", "assets.xml", "link.stl", "hill.png"}
 
 
@@ -349,7 +347,7 @@ def test_the_files_of_a_robot_are_kept_so_that_the_copy_loads(tmp_path: Path) ->
     in_package(tmp_path / "robots", "package://my_arm/meshes/link.stl")
     mesh(tmp_path / "robots" / "my_arm" / "meshes" / "link.stl")
     path = pair_of(tmp_path / "robots", "my_arm/urdf/arm.urdf")
-    keep_inputs(tmp_path / "run", {"robot": Sources(files_of(path))})
+    keep_inputs(tmp_path / "run", {"robot": Sources(load(str(path)).files)})
     shutil.rmtree(tmp_path / "robots")
     kept = kept_input(tmp_path / "run", "robot")
     assert kept is not None and load(str(kept)).model.nmesh == 2

@@ -71,7 +71,7 @@ def test_either_arm_may_fold_alone() -> None:
     mirrored = (Placement(0.26, side * 0.284, -0.035, -side * 0.873, 0.5) for side in (1, -1))
     for robot, place in zip(load("hironx").ways(1)[:2], mirrored, strict=True):
         shifted = replace(both, hands=(replace(hand, position=hand.position * [1, 0, 1]),))
-        assert search(robot, HandMotion.exact(shifted), [place], fine=True).quality[0] >= 0
+        assert search(robot, HandMotion.exact(shifted), [place], fine=True)[0].quality >= 0
     assert ReachConstraint(load("hironx"))(shifted) >= 0
 
 

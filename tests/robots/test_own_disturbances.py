@@ -13,7 +13,6 @@ from tatamu.api import learn, task_of
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, default_disturbances
 from tatamu.robots import load
-from tatamu.robots.description import disturbances_of, files_of
 from tatamu.study.folder import ResultFolder
 from tatamu.study.inputs import Sources, keep_inputs
 from tatamu.study.options import FoldOptions, LearnOptions
@@ -80,10 +79,10 @@ def test_a_robot_without_its_own_takes_the_default_ones(tmp_path: Path) -> None:
 
 def test_the_file_goes_with_the_fold(tmp_path: Path) -> None:
     (tmp_path / "own").mkdir()
-    keep_inputs(tmp_path, {"robot": Sources(files_of(with_file(tmp_path / "own")))})
+    keep_inputs(tmp_path, {"robot": Sources(load(str(with_file(tmp_path / "own"))).files)})
     shutil.rmtree(tmp_path / "own")
     kept = tmp_path / "inputs" / "robot" / "pair.toml"
-    assert disturbances_of(kept) == OWN
+    assert load(str(kept)).disturbances == OWN
     load(str(kept))
 
 
@@ -119,5 +118,4 @@ def test_a_wrong_field_is_one_line_and_nothing_is_written(
 def test_what_is_no_file_and_no_table_is_refused(tmp_path: Path, line: str, said: str) -> None:
     path = pair(tmp_path)
     path.write_text(f"{line}\n" + path.read_text())
-    for read in (disturbances_of, files_of, lambda path: load(str(path))):
-        assert re.search(said, refusal(read, path))
+    assert re.search(said, refusal(load, str(path)))

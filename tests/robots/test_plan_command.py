@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from tatamu.robots import load
 from tatamu.robots.catalog import described
-from tatamu.robots.description import files_of
 from tatamu.robots.plan import NoPlacement
 from tatamu.study.inputs import Sources, keep_inputs
 from tests.commands import tatamu
@@ -51,7 +51,7 @@ def test_where_there_is_no_placement_learning_within_reach_is_proposed(
 def test_a_robot_of_ones_own_goes_with_the_fold(tmp_path: Path, asked: list[str]) -> None:
     (tmp_path / "own").mkdir()
     description = pair(tmp_path / "own")
-    files = files_of(description)
+    files = load(str(description)).files
     assert {file.name for file in files} == {"pair.toml", "arm.urdf", "arm.xml"}
     folder = write_fold(tmp_path / "towel", spacing=0.08, frames=24)
     changed(folder / "result.json", lambda value: value["task"].update(robot="pair"))

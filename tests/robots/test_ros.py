@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from tatamu.robots import load
-from tatamu.robots.bags import typestore
+from tatamu.robots.exports import typestore
 
 PYTHON = "/usr/bin/python3"
 

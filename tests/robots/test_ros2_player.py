@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tatamu.robots.bags import GRIPPER, typestore
+from tatamu.robots.exports import GRIPPER, typestore
 
 FOLLOW = "control_msgs/msg/FollowJointTrajectoryGoal"
 TOLERANCE = "control_msgs/msg/JointTolerance"

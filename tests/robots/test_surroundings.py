@@ -10,6 +10,8 @@ import pytest
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, RobotPlan, load, plan_fold
 from tatamu.robots.clearance import FAR, Clearance
+from tatamu.robots.model import TABLE
+from tatamu.robots.pairs import ON_TABLE, link_name, pairs_of
 from tatamu.robots.stage import touches
 from tests.robots.arms import mjcf, pair, pair_of
 from tests.robots.folds import folder
@@ -103,6 +105,7 @@ def test_the_least_distance_is_that_of_all_pairs_without_a_broad_phase(tmp_path:
     for q in np.random.default_rng(1).uniform(-2, 2, (20, model.nq)):
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
+        data.geom(TABLE).xpos[2] = data.body(robot.base).xpos[2] - model.geom(TABLE).size[2]
         least = dict.fromkeys(kinds, FAR)
         for kind, a, b in clearance.pairs:
             distance = mujoco.mj_geomDistance(model, data, model.geom(a).id, model.geom(b).id, FAR, None)
@@ -124,13 +127,24 @@ def test_every_link_of_an_arm_is_held_against_a_wall(tmp_path: Path) -> None:
     assert len(against) == 12  # all shapes of both arms
 
 
+def test_each_clearance_has_a_table_of_its_own() -> None:
+    robot = load("panda-pair")
+    q = robot.initial[None]
+    high, low = Clearance(robot, (ON_TABLE,), table=0.0), Clearance(robot, (ON_TABLE,), table=-0.1)
+    height = min(high.lowest(robot.initial), low.lowest(robot.initial))
+    high.set_table(height - 0.05)
+    low.set_table(height - 0.1)
+    assert high.least(q)[ON_TABLE].value == pytest.approx(0.05, abs=1e-6)
+    assert low.least(q)[ON_TABLE].value == pytest.approx(0.1, abs=1e-6)
+
+
 def test_what_an_arm_stands_on_is_not_held_against_it_and_is_said(tmp_path: Path) -> None:
     plinth = '<geom name="plinth" type="box" size="0.1 0.1 0.08" pos="0 0 0.08"/>'  # the first link begins at 0.155 m
     robot = robot_in(tmp_path, plinth)
-    clearance = Clearance(robot)
-    assert clearance.untested == [("larm_pan_link", "larm_plinth")]
+    (stands,) = pairs_of(robot)[1]
+    assert [link_name(robot.model, geom) for geom in stands[1:]] == ["larm_pan_link", "larm_plinth"]
     assert any("larm_pan_link and larm_plinth" in note for note in robot.notes)
-    held = {(first, second) for kind, first, second in clearance.pairs if kind == "to obstacles"}
+    held = {(first, second) for kind, first, second in Clearance(robot).pairs if kind == "to obstacles"}
     assert len(held) == 11 and all("larm_pan_link" not in first for first, _ in held)
 
 

@@ -69,6 +69,7 @@ RENAMED = {
     "presentation.packing": "show.replay",
     "presentation.tube": "show.solids",
     "report.notebook": "report.replay",
+    **dict.fromkeys(("robots.bags", "robots.goals", "robots.tables"), "robots.exports"),
     "robots.contacts": "robots.stage",
     "robots.interfaces": "robots.arm",
     "robots.jaw": "robots.arm",

@@ -6,15 +6,14 @@ file that has reached its largest size is followed by the next.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from tatamu.base.extras import needed
-from tatamu.base.files import unwritable, writing
-from tatamu.lerobot.video import VideoWriter
+from tatamu.base.files import MIB, writing
 
 VERSION = "v3.0"
 FILES_IN_CHUNK = 1000
@@ -38,51 +37,88 @@ def numbered(pattern: str, number: int, key: str = "") -> Path:
     return Path(pattern.format(chunk_index=chunk, file_index=file, video_key=key))
 
 
-class NumberFiles:
-    """Parquet files of all features but pictures, with a row for each frame and a row group for each episode."""
+class Appendable(Protocol):
+    """A file to which episodes are appended."""
 
-    def __init__(self, folder: Path, largest: int) -> None:
-        """Prepare the files; the largest size is in bytes."""
-        self._folder = folder
-        self._largest = largest
-        self._number = -1
-        self._file: Any = None
-        self._writer: Any = None
+    size: int
+    """Its size so far [bytes]."""
 
-    def add(self, columns: Mapping[str, np.ndarray]) -> dict[str, int]:
-        """Append an episode, and return its place as columns of the table of episodes.
+    def add(self, values: Any) -> Mapping[str, float]:
+        """Append an episode, and return what the table of episodes says of its place in the file."""
+
+    def close(self) -> None:
+        """Write the rest."""
+
+
+class Files:
+    """Numbered files, of which the next is started when the last one has reached its largest size."""
+
+    def __init__(
+        self, root: Path, pattern: str, mib: float, start: Callable[[Path], Appendable], key: str = ""
+    ) -> None:
+        """Prepare the files.
 
         Args:
-            columns: Values by the names of the features, shape (frames, k).
+            root: Folder of the dataset.
+            pattern: Names of the files.
+            mib: Largest size [MiB].
+            start: Function that creates a file.
+            key: Feature of a video.
         """
-        table = needed("pyarrow", "dataset").table({name: _column(array) for name, array in columns.items()})
-        try:
-            if self._file is None or self._file.tell() > self._largest:
-                self._next(table.schema)
-            self._writer.write_table(table)
-        except OSError as error:
-            raise unwritable(self._path, error) from None
+        self._path = lambda number: root / numbered(pattern, number, key)
+        self._largest = int(mib * MIB)
+        self._start = start
+        self._number = -1
+        self._file: Appendable | None = None
+
+    def add(self, values: Any) -> dict[str, float]:
+        """Append an episode, and return its place as columns of the table of episodes."""
+        if self._file is None or self._file.size > self._largest:
+            self.close()
+            self._number += 1
+            self._file = self._start(self._path(self._number))
+        inside = self._file.add(values)
         chunk, file = divmod(self._number, FILES_IN_CHUNK)
-        return {"data/chunk_index": chunk, "data/file_index": file}
+        return {"chunk_index": chunk, "file_index": file, **inside}
 
     def close(self) -> None:
         """Close the last file."""
-        if self._file is None:
-            return
-        opened, self._file = self._file, None
-        with writing(self._path), opened:
-            self._writer.close()
+        if self._file is not None:
+            file, self._file = self._file, None
+            file.close()
 
-    @property
-    def _path(self) -> Path:
-        return self._folder / numbered(DATA, max(self._number, 0))
 
-    def _next(self, schema: Any) -> None:
-        self.close()
-        self._number += 1
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = self._path.open("wb")
-        self._writer = needed("pyarrow.parquet", "dataset").ParquetWriter(self._file, schema)
+class NumberWriter:
+    """A Parquet file with a row for each frame, and a row group for each episode.
+
+    Attributes:
+        size: Size so far [bytes].
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Create the file."""
+        self.size = 0
+        self._path = path
+        self._writer: Any = None
+        with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("wb")
+
+    def add(self, values: Mapping[str, np.ndarray]) -> Mapping[str, float]:
+        """Append an episode: values by the names of the features, shape (frames, k)."""
+        table = needed("pyarrow", "dataset").table({name: _column(array) for name, array in values.items()})
+        with writing(self._path):
+            if self._writer is None:
+                self._writer = needed("pyarrow.parquet", "dataset").ParquetWriter(self._file, table.schema)
+            self._writer.write_table(table)
+        self.size = self._file.tell()
+        return {}
+
+    def close(self) -> None:
+        """Write the rest, and close the file."""
+        with writing(self._path), self._file:
+            if self._writer is not None:
+                self._writer.close()
 
 
 def _column(array: np.ndarray) -> Any:
@@ -98,44 +134,3 @@ def table_of(rows: Sequence[Mapping[str, Any]]) -> Any:
     columns = {name: arrow.array([row[name] for row in rows]) for name in rows[0]}
     empty = arrow.null()
     return arrow.table({name: each.cast("float64") if each.type == empty else each for name, each in columns.items()})
-
-
-class VideoFiles:
-    """The videos of one camera, each of several episodes."""
-
-    def __init__(self, folder: Path, name: str, fps: int, largest: int) -> None:
-        """Prepare the videos; the largest size is in bytes."""
-        self._folder = folder
-        self._name = name
-        self._fps = fps
-        self._largest = largest
-        self._number = -1
-        self._video: VideoWriter | None = None
-
-    def add(self, pictures: np.ndarray) -> dict[str, float]:
-        """Append an episode, and return its place as columns of the table of episodes.
-
-        Args:
-            pictures: RGB, uint8, shape (frames, h, w, 3).
-        """
-        if self._video is None or self._video.size > self._largest:
-            self.close()
-            self._number += 1
-            path = self._folder / numbered(VIDEOS, self._number, self._name)
-            self._video = VideoWriter(path, self._fps, *pictures.shape[1:3])
-        first = self._video.frames
-        self._video.add(pictures)
-        chunk, file = divmod(self._number, FILES_IN_CHUNK)
-        place = {
-            "chunk_index": chunk,
-            "file_index": file,
-            "from_timestamp": first / self._fps,
-            "to_timestamp": self._video.frames / self._fps,
-        }
-        return {f"videos/{self._name}/{kind}": value for kind, value in place.items()}
-
-    def close(self) -> None:
-        """Close the last video."""
-        if self._video is not None:
-            video, self._video = self._video, None
-            video.close()

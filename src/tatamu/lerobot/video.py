@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from fractions import Fraction
 from pathlib import Path
@@ -56,6 +56,7 @@ class VideoWriter:
         self.frames = 0
         self.size = 0
         self._path = path
+        self._fps = fps
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("w+b")
@@ -67,16 +68,18 @@ class VideoWriter:
             self._stream.codec_context.open()
         self._av = av
 
-    def add(self, pictures: np.ndarray) -> None:
-        """Append pictures: RGB, uint8, shape (f, h, w, 3)."""
+    def add(self, values: np.ndarray) -> Mapping[str, float]:
+        """Append pictures, RGB, uint8, shape (f, h, w, 3), and return when they start and end [s]."""
+        first = self.frames
         with writing(self._path):
-            for picture in pictures:
+            for picture in values:
                 frame = self._av.VideoFrame.from_ndarray(picture, format="rgb24")
                 frame.pts = self.frames
                 packets = self._stream.encode(frame)
                 self._container.mux(packets)
                 self.size += sum(packet.size for packet in packets)
                 self.frames += 1
+        return {"from_timestamp": first / self._fps, "to_timestamp": self.frames / self._fps}
 
     def close(self) -> None:
         """Write the remaining pictures, and close the file."""

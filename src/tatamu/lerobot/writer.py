@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -15,11 +16,11 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.extras import needed
-from tatamu.base.files import MIB, sibling, write_json, writing
+from tatamu.base.files import sibling, write_json, writing
 from tatamu.lerobot import files
 from tatamu.lerobot.feature import Feature, Statistics, joined, statistics
-from tatamu.lerobot.files import NumberFiles, VideoFiles, table_of
-from tatamu.lerobot.video import check_codec
+from tatamu.lerobot.files import Files, NumberWriter, table_of
+from tatamu.lerobot.video import VideoWriter, check_codec
 
 USUAL: Mapping[str, Feature] = {
     "timestamp": Feature("float32", (1,)),
@@ -64,8 +65,7 @@ class LeRobotWriter:
         self.episodes = 0
         self.frames = 0
         self._robot = robot
-        self._arrow = needed("pyarrow", "dataset")
-        self._parquet = needed("pyarrow.parquet", "dataset")
+        needed("pyarrow", "dataset")
         if any(feature.is_video for feature in features.values()):
             check_codec()
         if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
@@ -74,12 +74,12 @@ class LeRobotWriter:
         self._tasks: dict[str, int] = {}
         self._rows: list[dict[str, Any]] = []
         self._statistics: list[dict[str, Statistics]] = []
-        self._numbers = NumberFiles(self._building, int(data_mib * MIB))
-        self._videos = {
-            name: VideoFiles(self._building, name, fps, int(video_mib * MIB))
-            for name, feature in features.items()
-            if feature.is_video
-        }
+        self._numbers = Files(self._building, files.DATA, data_mib, NumberWriter)
+        self._videos: dict[str, Files] = {}
+        for name, feature in features.items():
+            if feature.is_video:
+                start = partial(VideoWriter, fps=fps, height=feature.shape[0], width=feature.shape[1])
+                self._videos[name] = Files(self._building, files.VIDEOS, video_mib, start, name)
 
     def add_episode(self, values: Mapping[str, np.ndarray], task: str, about: Mapping[str, Any] | None = None) -> None:
         """Append an episode.
@@ -99,7 +99,15 @@ class LeRobotWriter:
         frames = len(next(iter(values.values())))
         if not frames:
             raise InputError("values: must have at least one frame, given none")
-        given = {**values, **self._usual(frames, self._tasks.setdefault(task, len(self._tasks)))}
+        numbers = np.arange(frames)
+        usual = {
+            "timestamp": numbers / self.fps,
+            "frame_index": numbers,
+            "episode_index": np.full(frames, self.episodes),
+            "index": self.frames + numbers,
+            "task_index": np.full(frames, self._tasks.setdefault(task, len(self._tasks))),
+        }
+        given = {**values, **{name: column[:, None] for name, column in usual.items()}}
         whole = {name: feature.checked(name, given[name], frames) for name, feature in self.features.items()}
         row: dict[str, Any] = {
             "episode_index": self.episodes,
@@ -110,9 +118,9 @@ class LeRobotWriter:
             "meta/episodes/chunk_index": 0,
             "meta/episodes/file_index": 0,
         }
-        row |= self._numbers.add({name: whole[name] for name in whole if name not in self._videos})
-        for name, video in self._videos.items():
-            row |= video.add(whole[name])
+        places = {"data": self._numbers.add({name: whole[name] for name in whole if name not in self._videos})}
+        places |= {f"videos/{name}": video.add(whole[name]) for name, video in self._videos.items()}
+        row |= {f"{kind}/{name}": value for kind, place in places.items() for name, value in place.items()}
         found = {name: statistics(feature, whole[name]) for name, feature in self.features.items()}
         row |= {f"stats/{name}/{kind}": value.tolist() for name in found for kind, value in found[name].items()}
         self._rows.append({**row, **(about or {})})
@@ -158,21 +166,9 @@ class LeRobotWriter:
                 self._close()
             shutil.rmtree(self._building, ignore_errors=True)
 
-    def _usual(self, frames: int, task: int) -> dict[str, np.ndarray]:
-        numbers = np.arange(frames)
-        columns = {
-            "timestamp": numbers / self.fps,
-            "frame_index": numbers,
-            "episode_index": np.full(frames, self.episodes),
-            "index": self.frames + numbers,
-            "task_index": np.full(frames, task),
-        }
-        return {name: column[:, None] for name, column in columns.items()}
-
     def _close(self) -> None:
-        self._numbers.close()
-        for video in self._videos.values():
-            video.close()
+        for each in (self._numbers, *self._videos.values()):
+            each.close()
 
     def _info(self) -> dict[str, Any]:
         features = {name: feature.describe() for name, feature in self.features.items()}
@@ -213,12 +209,12 @@ class LeRobotWriter:
             for name, (kind, numpy) in kinds.items()
         ]
         pandas = {"index_columns": ["task"], "column_indexes": [], "columns": described, "pandas_version": "2.0.0"}
-        table = self._arrow.table(columns).replace_schema_metadata({"pandas": json.dumps(pandas)})
+        table = needed("pyarrow", "dataset").table(columns).replace_schema_metadata({"pandas": json.dumps(pandas)})
         self._write_table(Path(files.TASKS), table)
 
     def _write_table(self, file: Path, table: Any) -> None:
-        path = self._building / file
+        path, parquet = self._building / file, needed("pyarrow.parquet", "dataset")
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("wb") as opened:
-                self._parquet.write_table(table, opened)
+                parquet.write_table(table, opened)

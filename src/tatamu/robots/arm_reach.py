@@ -5,7 +5,6 @@ Each point is solved from the joint angles of the point before, so a path that n
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,12 +28,19 @@ CLEAR = 3
 class ArmReach:
     """The motion of one arm along the path of one hand, for every placement and hold."""
 
+    arm: Arm
+    holds: list[Hold]
+    """Orientations of the hand."""
     quality: np.ndarray
     """1 if the motion is comfortable, 0 if just possible, negative if impossible, shape (placements, holds)."""
     reached: np.ndarray
     """Number of path points that the arm reaches before the first failure, shape (placements, holds)."""
     angles: np.ndarray
     """Joint angles [rad], shape (placements, holds, points, k) for k joints."""
+
+    def way(self, placement: int, hold: int) -> np.ndarray:
+        """Return the joint angles from the initial pose along the path and back to the initial pose [rad]."""
+        return from_start(self.angles[placement, hold], self.arm.initial)
 
     def best(self, placement: int) -> np.ndarray:
         """Return the indices of the best holds at a placement, the best first."""
@@ -46,7 +52,7 @@ def follow(
     robot: Robot,
     arm: Arm,
     placements: list[Placement],
-    holds: Sequence[Hold],
+    holds: list[Hold],
     trunk: np.ndarray,
     path: np.ndarray,
     steps: np.ndarray,
@@ -73,7 +79,14 @@ def follow(
     shallow = np.array([0.3 * (1 - hold.tilt / (np.pi / 2)) + 0.3 * abs(hold.yaw) for hold in holds])
     quality = quality.reshape(shape)
     quality = np.where(quality > 0, quality / (1 + shallow), quality)
-    return ArmReach(quality, reached.reshape(shape), angles.reshape(*shape, *angles.shape[1:]))
+    return ArmReach(arm, holds, quality, reached.reshape(shape), angles.reshape(*shape, *angles.shape[1:]))
+
+
+def from_start(angles: np.ndarray, start: np.ndarray | float) -> np.ndarray:
+    """Return a motion [rad] with three poses each on the way from the initial pose and back to it."""
+    way = np.array([0.25, 0.5, 0.75]).reshape(-1, *([1] * np.ndim(start)))
+    there, back = start + way * (angles[0] - start), start + way[::-1] * (angles[-1] - start)
+    return np.concatenate([there, angles, back])
 
 
 def _track(chain: Chain, targets: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,11 +12,11 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.robots.arm import Arm
-from tatamu.robots.clearance import Clearance
 from tatamu.robots.description import ArmDescription, Description, disturbances_of, model_of, read_description
 from tatamu.robots.extras import needed, quiet
 from tatamu.robots.model import Robot, StartPose
 from tatamu.robots.modelfile import ModelFile, give, limit_continuous
+from tatamu.robots.pairs import link_name, pairs_of
 from tatamu.robots.pose import to_quaternion
 from tatamu.robots.soundness import check_description, check_kinematics
 
@@ -66,7 +66,8 @@ def described(path: Path) -> Robot:
         robot, prefixes = _assembled(path)
         check_description(path, robot, prefixes)
         check_kinematics(robot)
-        near = ", ".join(" and ".join(names) for names in Clearance(robot).untested)
+        stands = [tuple(link_name(robot.model, geom) for geom in pair[1:]) for pair in pairs_of(robot)[1]]
+    near = ", ".join(dict.fromkeys(" and ".join(names) for names in stands))
     note = f"{path}: these links touch at the start, so their distance is not checked: {near}"
     return replace(robot, notes=(*robot.notes, note)) if near else robot
 
@@ -105,8 +106,11 @@ def _assembled(
 ) -> tuple[Robot, dict[str, str]]:
     """Return the robot of a description, before it is checked, and the prefix of each arm's names in its model."""
     description = read_description(path)
-    disturbances_of(path, description)
+    disturbances = disturbances_of(path, description)
     models = {name: model_of(path, description, name) for name in description.models}
+    read = [path, *(file for model in models.values() for file in model.files)]
+    if isinstance(description.disturbances, str):
+        read.append(path.parent / description.disturbances)
     pair = description.model is None
     if description.model is not None:
         description = _with_lengths(description, models[description.model].spec, wrist_offset, fingertip)
@@ -129,8 +133,7 @@ def _assembled(
         rarm=rarm,
         joints=tuple(description.joints) or (*larm.joints, *rarm.joints),
         trunk=trunk.joint if trunk else None,
-        trunk_speed=trunk.speed if trunk else 1.0,
-        trunk_acceleration=trunk.acceleration if trunk else 1.0,
+        trunk_limits=(trunk.speed, trunk.acceleration) if trunk else (1.0, 1.0),
         poses=(
             StartPose(description.initial_pose, larm.initial, rarm.initial),
             *(StartPose(pose.name, np.array(pose.larm), np.array(pose.rarm)) for pose in description.poses),
@@ -140,6 +143,8 @@ def _assembled(
         standing=description.standing | standing,
         lerobot_type=description.lerobot_type,
         notes=tuple(_notes(path, arms, files, above, turning)),
+        files=tuple(dict.fromkeys(read)),
+        disturbances=disturbances,
     )
     return robot, prefixes
 
@@ -180,32 +185,26 @@ def _notes(
     turning: list[str],
 ) -> Iterator[str]:
     """Yield what plans do about joints and links whose model says something unusual, and about distant files."""
-    if above:
-        yield (
-            f"{path}: speed: plans keep to the lower limit of the model [rad/s] and lower accelerations by the same "
-            f"factor: {', '.join(above)}; to use your speed, name the joints in faster_than_model"
-        )
     soft = [
         f"{name} {joint} {files[name].limits.soft[joint]}"
         for name, arm in arms.items()
         for joint in (*arm.joints, *arm.jaw.fingers)
         if joint in files[name].limits.soft
     ]
-    if soft:
-        yield f"{path}: plans keep to the soft limits, which are narrower than the hard limits [rad]: {', '.join(soft)}"
-    if turning:
-        yield f"{path}: continuous joints, which plans turn by at most one turn to either side: {', '.join(turning)}"
-    links = sorted({link for file in files.values() for link in file.mended})
-    if links:
-        yield (
-            f"{path}: impossible masses or inertias are replaced, because only a rehearsal needs them: "
-            f"{', '.join(links)}"
-        )
+    mended = sorted({link for file in files.values() for link in file.mended})
     folder = os.path.abspath(path.parent)
-    used = {os.path.abspath(source) for file in files.values() for source in file.files}
-    outside = sorted(source for source in used if os.path.commonpath([source, folder]) != folder)
-    if outside:
-        yield f"{path}: plans and results contain copies of these files from outside the folder: {', '.join(outside)}"
+    used = sorted({os.path.abspath(source) for file in files.values() for source in file.files})
+    outside = [source for source in used if os.path.commonpath([source, folder]) != folder]
+    lowered = "speed: plans keep to the lower limit of the model [rad/s] and lower accelerations by the same factor"
+    for said, names, advice in (
+        (lowered, above, "; to use your speed, name the joints in faster_than_model"),
+        ("plans keep to the soft limits, which are narrower than the hard limits [rad]", soft, ""),
+        ("continuous joints, which plans turn by at most one turn to either side", turning, ""),
+        ("impossible masses or inertias are replaced, because only a rehearsal needs them", mended, ""),
+        ("plans and results contain copies of these files from outside the folder", outside, ""),
+    ):
+        if names:
+            yield f"{path}: {said}: {', '.join(names)}{advice}"
 
 
 def _pair(arms: dict[str, ArmDescription], files: dict[str, ModelFile], prefixes: dict[str, str]) -> Any:

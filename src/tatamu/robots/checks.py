@@ -5,10 +5,11 @@ A check has the worst value during the motion, the limit of this value, and the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import astuple, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tatamu.folding.fingers import PAD
 from tatamu.robots.arm import MIN_HELD
@@ -60,9 +61,7 @@ class Checks:
             "joint_limit_margin": self._margin(),
             "joint_speed": self._rate("rad/s", 1),
             "joint_acceleration": self._rate("rad/s^2", 2),
-            "tool_path_error": self._path(),
-            "tool_turn_error": self._turn(),
-            "tool_speed": self._speed(),
+            **self._tool_checks(),
             **self._grasps(),
             **self._distances(),
             "singularity": self._singularity(),
@@ -83,21 +82,28 @@ class Checks:
 
     def _check(self, value: float, limit: float, unit: str, row: int, what: str = "", least: bool = False) -> PlanCheck:
         where, frame = self._at(row)
-        good = value >= limit if least else value <= limit
         return PlanCheck(
             value=float(value),
             limit=float(limit),
             unit=unit,
-            ok=bool(good),
+            ok=bool(value >= limit if least else value <= limit),
             where=f"{what} {where}".strip(),
             frame=frame,
         )
 
-    def _worst(self, values: np.ndarray, limit: float, unit: str, least: bool = False) -> PlanCheck:
-        """Check the worst value of all arms at the n samples of the fold, shape (arms, n)."""
-        arm, row = np.unravel_index(int(values.argmin() if least else values.argmax()), values.shape)
+    def _worst(
+        self,
+        values: ArrayLike,
+        limit: float,
+        unit: str,
+        least: bool = False,
+        rows: np.ndarray | None = None,
+    ) -> PlanCheck:
+        """Check the worst of all arms' values, shape (arms, n), at samples of the motion, by default of the fold."""
+        found, rows = np.asarray(values), self._fold if rows is None else rows
+        arm, column = np.unravel_index(int(found.argmin() if least else found.argmax()), found.shape)
         name = self._task.robot.folding[arm].name
-        return self._check(values[arm, row], limit, unit, int(self._fold[row]), name, least)
+        return self._check(found[arm, column], limit, unit, int(rows[column]), name, least)
 
     def _margin(self) -> PlanCheck:
         model, q = self._task.robot.model, self._motion.angles
@@ -116,43 +122,35 @@ class Checks:
         row, column = np.unravel_index(int((rate / limits).argmax()), rate.shape)
         return self._check(rate[row, column], limits[column], unit, int(row), names[column])
 
-    def _path(self) -> PlanCheck:
-        X_BF = self._task.placement.matrix
-        offsets = np.array([offset for _, offset, _ in self._task.grips])
-        p_BH = self._tools[:, :, :3, 3][:, self._fold] - offsets[:, None]
-        p_FT = into(X_BF, p_BH)
-        curves = self._task.hands.curves
-        error = np.array([curve.nearest(points)[1] for curve, points in zip(curves, p_FT, strict=True)])
-        return self._worst(error, PATH_ERROR, "m")
-
-    def _turn(self) -> PlanCheck:
-        turned = []
-        for X_BT, (R_BT, _, _), chain in zip(self._tools, self._task.grips, self._paths.chains, strict=True):
-            turn = rotation_vector(R_BT.T @ X_BT[self._fold, :3, :3]) * chain.turn_weights
-            turned.append(np.linalg.norm(turn, axis=1))
-        return self._worst(np.array(turned), TURN_ERROR, "rad")
-
-    def _speed(self) -> PlanCheck:
-        """Check that the tools are never faster than the highest speed of the simulated hands."""
-        p_BT = self._tools[:, :, :3, 3][:, self._fold]
-        speed = np.linalg.norm(np.diff(p_BT, axis=1), axis=2) / self._motion.times[1]
-        return self._worst(speed, 1.005 * self._task.hands.top_speed, "m/s")
+    def _tool_checks(self) -> dict[str, PlanCheck]:
+        """Check that the tools follow the hands' curves, keep their orientation, and are not faster than the hands."""
+        task, tools = self._task, self._tools[:, self._fold]
+        offsets = np.array([offset for _, offset, _ in task.grips])
+        p_FT = into(task.placement.matrix, tools[:, :, :3, 3] - offsets[:, None])
+        error = [curve.nearest(points)[1] for curve, points in zip(task.hands.curves, p_FT, strict=True)]
+        turned = [
+            np.linalg.norm(rotation_vector(R_BT.T @ X_BT[:, :3, :3]) * chain.turn_weights, axis=1)
+            for X_BT, (R_BT, _, _), chain in zip(tools, task.grips, self._paths.chains, strict=True)
+        ]
+        speed = np.linalg.norm(np.diff(tools[:, :, :3, 3], axis=1), axis=2) / self._motion.times[1]
+        return {
+            "tool_path_error": self._worst(error, PATH_ERROR, "m"),
+            "tool_turn_error": self._worst(turned, TURN_ERROR, "rad"),
+            "tool_speed": self._worst(speed, 1.005 * task.hands.top_speed, "m/s"),
+        }
 
     def _grasps(self) -> dict[str, PlanCheck]:
         """Check how the hands grasp the edges of the cloth. If two hands fold, the worse hand counts."""
-        row, arms = int(self._motion.rows("close")[0]), self._task.robot.folding
-        depth, held, lowest, askew = zip(*_grasps(self._task, self._tools[:, row]), strict=True)
-
-        def worst(values: Sequence[float], limit: float, unit: str = "m", least: bool = False) -> PlanCheck:
-            arm = int(np.argmin(values) if least else np.argmax(values))
-            return self._check(values[arm], limit, unit, row, arms[arm].name, least=least)
-
+        closes, arms = self._motion.rows("close")[:1], self._task.robot.folding
+        depth, held, lowest, askew = np.array([*_grasps(self._task, self._tools[:, closes[0]])]).T[..., None]
+        opening, widest = [[arm.jaw.opening] for arm in arms], min(arm.jaw.widest for arm in arms)
+        yaw = max(arm.jaw.yaw for arm in arms) + ASKEW
         return {
-            "hem_in_the_open_jaw": worst(depth, PAD, least=True),
-            "cloth_in_the_closed_jaw": worst(held, MIN_HELD, least=True),
-            "lower_finger_under_the_hem": worst(lowest, UNDERNEATH),
-            "jaw_across_the_hem": worst(askew, max(arm.jaw.yaw for arm in arms) + ASKEW, "rad"),
-            "jaw_opening": worst([arm.jaw.opening for arm in arms], min(arm.jaw.widest for arm in arms)),
+            "hem_in_the_open_jaw": self._worst(depth, PAD, "m", least=True, rows=closes),
+            "cloth_in_the_closed_jaw": self._worst(held, MIN_HELD, "m", least=True, rows=closes),
+            "lower_finger_under_the_hem": self._worst(lowest, UNDERNEATH, "m", rows=closes),
+            "jaw_across_the_hem": self._worst(askew, yaw, "rad", rows=closes),
+            "jaw_opening": self._worst(opening, widest, "m", rows=closes),
         }
 
     def _distances(self) -> dict[str, PlanCheck]:
@@ -162,29 +160,20 @@ class Checks:
         for kind, touch in touches(robot, height, angles).items():
             if kind not in found or touch.value < found[kind].value:
                 found[kind] = touch
-        cloth = self._task.cloth
-        if cloth is not None:
-            found[CLOTH] = nearest_cloth(self._task, self._motion, self._tools, cloth)
-        return {
-            f"distance_{kind.replace(' ', '_')}": self._check(
-                found[kind].value,
-                DISTANCES[kind].allowed,
-                "m",
-                found[kind].row,
-                " and ".join(filter(None, found[kind].pair)),
-                least=True,
-            )
-            for kind in (*KINDS, CLOTH)
-            if kind in found
-        }
+        if self._task.cloth is not None:
+            found[CLOTH] = nearest_cloth(self._task, self._motion, self._tools, self._task.cloth)
+        checks = {}
+        for kind in filter(found.__contains__, (*KINDS, CLOTH)):
+            value, row, pair = astuple(found[kind])
+            links = " and ".join(filter(None, pair))
+            allowed = DISTANCES[kind].allowed
+            checks[f"distance_{kind.replace(' ', '_')}"] = self._check(value, allowed, "m", row, links, least=True)
+        return checks
 
     def _singularity(self) -> PlanCheck:
-        worst = np.array(
-            [
-                chain.singularity(self._motion.angles[self._fold][:, self._task.robot.arm_columns(arm)])
-                for chain, arm in zip(self._paths.chains, self._task.robot.folding, strict=True)
-            ]
-        )
+        robot, angles = self._task.robot, self._motion.angles[self._fold]
+        arms = zip(self._paths.chains, robot.folding, strict=True)
+        worst = [chain.singularity(angles[:, robot.arm_columns(arm)]) for chain, arm in arms]
         return self._worst(worst, MIN_SINGULARITY, "1", least=True)
 
     def _scaling(self) -> PlanCheck:

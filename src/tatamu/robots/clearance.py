@@ -49,16 +49,18 @@ class Clearance:
         self._mujoco, self.model = mujoco, robot.model
         self._data = robot.at_rest()
         self._table = self.model.geom(TABLE).id
-        self._base = robot.base
+        self._table_position = self._data.geom_xpos[self._table]  # a view, which is set after each computation of poses
+        self._base = float(self._data.body(robot.base).xpos[2])
         self._kinds = kinds
-        found = pairs_of(robot, arm)
-        self.untested = found.untested
-        self._fixed = {kind: rows for kind, rows in found.rows.items() if kind != OBSTACLES}
-        self._obstacles = found.rows.get(OBSTACLES, np.empty((0, 2), dtype=int))
-        self._finger = np.array(
-            [link_name(self.model, int(geom)) in robot.fingers for geom in self._obstacles[:, 0]], bool
+        # Each pair has a kind, and another one if the second shape is completely below the table.
+        pairs = sorted(pairs_of(robot, arm)[0], key=lambda pair: pair.kind == OBSTACLES)
+        self._all = np.array([(pair.first, pair.second) for pair in pairs], dtype=int).reshape(-1, 2)
+        self._above = np.array([pair.kind for pair in pairs], dtype=str)
+        is_finger = np.array([link_name(self.model, pair.first) in robot.fingers for pair in pairs], bool)
+        self._below = np.where(is_finger, FINGERS, ON_TABLE)
+        self._tops = np.array(
+            [_top(self.model, self._data, pair.second) if pair.kind == OBSTACLES else np.inf for pair in pairs]
         )
-        self._tops = np.array([_top(self.model, self._data, int(geom)) for geom in self._obstacles[:, 1]])
         radius = np.array(self.model.geom_rbound)
         self._radius = np.where(np.isfinite(radius) & (radius > 0), radius, np.inf)
         self._thickness = np.where(self.model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE, 0.0, np.nan)
@@ -76,16 +78,10 @@ class Clearance:
 
     def set_table(self, height: float) -> None:
         """Move the table top to a height in B [m]. An obstacle completely below it counts as a part of the table."""
-        top = self._data.body(self._base).xpos[2] + height
-        self.model.geom_pos[self._table][2] = top - self.model.geom_size[self._table][2]
-        self._data.geom_xpos[self._table][2] = self.model.geom_pos[self._table][2]
-        under = self._tops <= top + 1e-9
-        rows = {kind: [pairs] for kind, pairs in self._fixed.items()}
-        rows.setdefault(ON_TABLE, []).append(self._obstacles[under & ~self._finger])
-        rows.setdefault(FINGERS, []).append(self._obstacles[under & self._finger])
-        rows.setdefault(OBSTACLES, []).append(self._obstacles[~under])
-        joined = {kind: np.concatenate(rows[kind]) for kind in self._kinds if kind in rows}
-        self._pairs = {kind: pairs for kind, pairs in joined.items() if len(pairs)}
+        self._top = self._base + height
+        kinds = np.where(self._tops <= self._top + 1e-9, self._below, self._above)
+        found = {kind: self._all[kinds == kind] for kind in self._kinds}
+        self._pairs = {kind: pairs for kind, pairs in found.items() if len(pairs)}
         self._first, self._second = np.concatenate([np.empty((0, 2), int), *self._pairs.values()]).T
         self._counts = np.cumsum([len(pairs) for pairs in self._pairs.values()])
         self._flat = np.flatnonzero(~np.isnan(self._thickness[self._second]))
@@ -95,7 +91,7 @@ class Clearance:
         probe = -5.0
         self.set_table(probe)
         self._move(configuration)
-        arms = np.concatenate([self._fixed[kind][:, 0] for kind in (ON_TABLE, FINGERS) if kind in self._fixed])
+        arms = self._all[self._all[:, 1] == self._table, 0]
         return probe + min(self._distance(int(geom), self._table, 20.0) for geom in arms)
 
     def least(self, configurations: np.ndarray) -> dict[str, Distance]:
@@ -114,6 +110,7 @@ class Clearance:
     def _move(self, configuration: np.ndarray) -> None:
         self._data.qpos[:] = configuration
         self._mujoco.mj_kinematics(self.model, self._data)
+        self._table_position[2] = self._top - self._thickness[self._table]
 
     def _nearest(self, pairs: np.ndarray, bound: np.ndarray, limit: float) -> tuple[float, tuple[str, str]]:
         """Return the smallest distance of the given pairs of shapes [m], and the names of the two links."""

@@ -12,7 +12,7 @@ from tatamu.robots.extras import needed
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.motion import Motion
-from tatamu.robots.pairs import CLOTH, DISTANCES, FINGERS, ON_TABLE, hand_shapes, link_name, pairs_of
+from tatamu.robots.pairs import CLOTH, DISTANCES, ON_TABLE, hand_shapes, link_name, pairs_of
 from tatamu.robots.paths import PlacedFold
 from tatamu.robots.placement import Grip, Hold
 from tatamu.robots.pose import frame_pose, into, inverse, out_of, pose
@@ -88,8 +88,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
     data = task.robot.at_rest()
     base = data.body(task.robot.base)
     R_WB, p_WB = base.xmat.reshape(3, 3).copy(), base.xpos.copy()
-    rows = pairs_of(task.robot).rows
-    geoms = rows[ON_TABLE][:, 0] if ON_TABLE in rows else rows[FINGERS][:0, 0]
+    geoms = [pair.first for pair in pairs_of(task.robot)[0] if pair.kind == ON_TABLE]
     best = Distance(FAR, 0, ("", ""))
     during = (motion.times >= motion.part("lower").start) & (motion.times <= motion.part("raise").end)
     for row in np.flatnonzero(during)[::EVERY]:
@@ -102,7 +101,7 @@ def nearest_cloth(task: PlacedFold, motion: Motion, tools: np.ndarray, cloth: Ro
             local = (points - data.geom_xpos[geom]) @ data.geom_xmat[geom].reshape(3, 3)
             near = _outside(local, model.geom_aabb[geom].reshape(2, 3))
             if near.min() < best.value:
-                best = Distance(float(near.min()), int(row), (link_name(model, int(geom)), "cloth"))
+                best = Distance(float(near.min()), int(row), (link_name(model, geom), "cloth"))
     return best
 
 

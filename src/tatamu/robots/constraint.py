@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 from tatamu.base.files import read_bytes
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.task import Reach
 from tatamu.robots.catalog import load
-from tatamu.robots.description import disturbances_of, files_of
 from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.placement import Refused
@@ -52,12 +50,12 @@ class ReachConstraint:
         """Yield the quality from each start pose, and why it is negative, until the robot can do the fold."""
         for robot in self._ways[len(hands.curves)]:
             try:
-                ranking = first_placement(robot, hands, table_heights(robot))
+                best = first_placement(robot, hands, table_heights(robot))[0]
             except Refused as error:
                 yield -1.0, error
                 continue
-            yield float(ranking.quality[0]), None if ranking.good else out_of_reach(robot, hands, ranking)
-            if ranking.good:
+            yield best.quality, None if best.is_good else out_of_reach(robot, hands, best)
+            if best.is_good:
                 return
 
 
@@ -72,13 +70,12 @@ def find_reach(name: str) -> Reach:
     """
     robot = load(name)
     constraint = ReachConstraint(robot)
-    files = files_of(Path(name)) if name.endswith(".toml") else []
-    own = disturbances_of(Path(name)) if files else None
+    files = robot.files if name.endswith(".toml") else ()
     return Reach(
         robot.name,
         constraint,
         constraint.refusal,
         description=read_bytes(files[0]) if files else b"",
-        files=tuple(files),
-        disturbances=own.describe() if own else None,
+        files=files,
+        disturbances=robot.disturbances.describe() if robot.disturbances else None,
     )

@@ -5,6 +5,7 @@ docs/reference/robot-description.md has an example.
 
 from __future__ import annotations
 
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -87,22 +88,20 @@ class ArmDescription(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.joints) < 5:
+        count = len(self.joints)
+        if count < 5:
             raise ValueError(
-                f"joints must be at least 5, given {len(self.joints)}: three move the hand and two keep the jaw "
-                "across the hem at its tilt; an arm with fewer cannot"
+                f"joints must be at least 5, given {count}: three move the hand and two keep the jaw across the hem at "
+                "its tilt; an arm with fewer cannot"
             )
         for name in ("initial", "speed", "acceleration"):
-            if len(getattr(self, name)) != len(self.joints):
-                raise ValueError(f"{name} must have one value for each of {len(self.joints)} joints")
-        for table, names in (("ros", ["joints"]), ("lerobot", ["joints", "zero", "sign"])):
-            for name in names:
-                given = getattr(getattr(self, table), name)
-                if given is not None and len(given) != len(self.joints):
-                    raise ValueError(
-                        f"{table}.{name} must have one value for each of {len(self.joints)} joints, given {len(given)}"
-                    )
-        if len(set(self.joints)) < len(self.joints):
+            if len(getattr(self, name)) != count:
+                raise ValueError(f"{name} must have one value for each of {count} joints")
+        for name in ("ros.joints", "lerobot.joints", "lerobot.zero", "lerobot.sign"):
+            given = attrgetter(name)(self)
+            if given is not None and len(given) != count:
+                raise ValueError(f"{name} must have one value for each of {count} joints, given {len(given)}")
+        if len(set(self.joints)) < count:
             raise ValueError("joints must be different names")
         for name in self.faster_than_model:
             if name not in self.joints:
@@ -191,29 +190,13 @@ class Description(Record):
         return self
 
 
-def files_of(path: Path) -> list[Path]:
-    """Return the files that a robot is made from, the description first.
-
-    Raises:
-        InputError: If the description or another file cannot be read.
-    """
-    description = read_description(path)
-    disturbances_of(path, description)
-    found = [path]
-    for model in description.models:
-        found += model_of(path, description, model).files
-    if isinstance(description.disturbances, str):
-        found.append(path.parent / description.disturbances)
-    return list(dict.fromkeys(found))
-
-
-def disturbances_of(path: Path, description: Description | None = None) -> Disturbances | None:
+def disturbances_of(path: Path, description: Description) -> Disturbances | None:
     """Return the disturbances that a robot's description names or contains; None if there are no disturbances.
 
     Raises:
-        InputError: If the description or the file of disturbances cannot be read, or a field is wrong.
+        InputError: If the file of disturbances cannot be read, or a field is wrong.
     """
-    own = (description or read_description(path)).disturbances
+    own = description.disturbances
     if own is None:
         return None
     if isinstance(own, str):

@@ -16,8 +16,15 @@ from tatamu.base.version import __version__
 from tatamu.folding.fingers import FingerSize
 from tatamu.folding.manipulation import VIA_EVERY
 from tatamu.robots.arm import Arm
-from tatamu.robots.bags import write_ros1, write_ros2
-from tatamu.robots.goals import write_goals
+from tatamu.robots.exports import (
+    gripper_csv,
+    joint_csv,
+    pattern_json,
+    trajectory_json,
+    write_goals,
+    write_ros1,
+    write_ros2,
+)
 from tatamu.robots.paths import Paths, tool_poses
 from tatamu.robots.picture import reach_svg
 from tatamu.robots.placement import Hold
@@ -25,7 +32,6 @@ from tatamu.robots.plan import RobotPlan
 from tatamu.robots.planfile import FOLD, FoldPose, JawFile, PlanFile, StageTime, ToolViaPoints
 from tatamu.robots.pose import pose
 from tatamu.robots.stage import save_stage
-from tatamu.robots.tables import gripper_csv, joint_csv, pattern_json, trajectory_json
 from tatamu.study.folder import MANIPULATION, RESULT, ROLLOUT, SCENE, ResultFolder
 from tatamu.study.result import Result
 

@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os.path import commonprefix
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tatamu.evaluation.disturbances import Disturbances
 from tatamu.robots.arm import Arm
 from tatamu.robots.extras import needed
 from tatamu.robots.pose import to_quaternion
@@ -43,10 +45,8 @@ class Robot:
     """Names of all joints in the robot's own order."""
     trunk: str | None
     """Joint that carries both arms and turns them about z of the base B; None if the robot has no trunk joint."""
-    trunk_speed: float
-    """Maximum speed of the trunk in plans [rad/s]."""
-    trunk_acceleration: float
-    """Limit of the trunk's acceleration in plans [rad/s^2]."""
+    trunk_limits: tuple[float, float]
+    """Maximum speed [rad/s] and acceleration [rad/s^2] of the trunk in plans."""
     poses: tuple[StartPose, ...]
     """Poses in which motions can start, the usual pose first. The arms are in one of them."""
     table_heights: tuple[float, float]
@@ -59,6 +59,10 @@ class Robot:
     """Type of the robot in LeRobot; empty if the type is the robot's name."""
     notes: tuple[str, ...] = ()
     """What the user must know of how the robot's files were read, one line each."""
+    files: tuple[Path, ...] = ()
+    """The files that the robot is made from, its description first."""
+    disturbances: Disturbances | None = None
+    """Disturbances of this robot; None if its description has none."""
     alone: str = ""
     """Name of the only arm that folds; empty if both arms fold."""
 
@@ -171,7 +175,7 @@ class Robot:
             speed[columns], acceleration[columns] = arm.planned_speed, arm.planned_acceleration
         if self.trunk is not None:
             column = self.columns[self.trunk]
-            speed[column], acceleration[column] = self.trunk_speed, self.trunk_acceleration
+            speed[column], acceleration[column] = self.trunk_limits
         return speed, acceleration
 
     @cached_property

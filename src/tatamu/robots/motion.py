@@ -21,7 +21,6 @@ from tatamu.robots.hands import HandMotion
 from tatamu.robots.model import Robot
 from tatamu.robots.paths import Stage
 from tatamu.robots.placement import Refused
-from tatamu.robots.planfile import FingerEvent
 
 PERIOD = 0.005
 """Time between two samples of a motion [s]. HIRONX is driven at this rate, 200 Hz."""
@@ -85,7 +84,6 @@ class Motion:
     angles: np.ndarray
     """Angles of all nq joints at each sample [rad], shape (n, nq)."""
     parts: tuple[TimedStage, ...]
-    events: tuple[FingerEvent, ...]
     speed_scale: float = 1.0
 
     def part(self, name: str) -> TimedStage:
@@ -141,12 +139,7 @@ def motion(robot: Robot, hands: HandMotion, stages: list[Stage], pace: Pace, hov
         for joint, (opened, shut) in arm.jaw.fingers.items():
             angles[:, robot.finger_columns[joint]] = opened + closed * (shut - opened)
     angles = robot.followed(angles)
-    events = tuple(
-        FingerEvent.model_validate({"time": round(part.start, 6), "arm": arm.name, "event": part.name})
-        for part in fingers
-        for arm in robot.folding
-    )
-    return Motion(times, angles, tuple(parts), events, pace.speed_scale)
+    return Motion(times, angles, tuple(parts), pace.speed_scale)
 
 
 def _still(duration: float, q: np.ndarray) -> Timed:

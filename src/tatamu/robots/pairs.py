@@ -17,8 +17,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from tatamu.robots.arm import Arm
 from tatamu.robots.extras import needed
 from tatamu.robots.model import TABLE, Robot
@@ -58,14 +56,13 @@ JOINTS_BETWEEN = 3
 """Minimum number of joints between two shapes of an arm that are compared."""
 
 
-@dataclass(frozen=True)
-class ShapePairs:
-    """The pairs of shapes that are compared, by kind."""
+class Pair(NamedTuple):
+    """A pair of shapes that are compared."""
 
-    rows: dict[str, np.ndarray]
-    """Indices of the two shapes of each pair, the arm's shape first, shape (n, 2) for each kind."""
-    untested: list[tuple[str, str]]
-    """Names of links and obstacles that are not compared, because the arm stands on the obstacle."""
+    kind: str
+    first: int
+    """Index of the arm's shape."""
+    second: int
 
 
 @dataclass(frozen=True)
@@ -83,27 +80,27 @@ class _Shape:
     """Whether no joint moves this shape."""
 
 
-def pairs_of(robot: Robot, only: str | None = None) -> ShapePairs:
-    """Return the pairs of a robot's shapes that are compared. If `only` names an arm, return only the arm's pairs."""
+def pairs_of(robot: Robot, only: str | None = None) -> tuple[list[Pair], list[Pair]]:
+    """Return the pairs of a robot's shapes that are compared, and those in which an arm stands on an obstacle.
+
+    If `only` names an arm, return only the arm's pairs.
+    """
     model = robot.model
     shapes = _shapes(robot)
-    rows: dict[str, list[tuple[int, int]]] = {kind: [] for kind in KINDS}
-    near: list[tuple[int, int]] = []
     table = int(model.geom(TABLE).id)
+    found: list[Pair] = []
+    near: list[Pair] = []
     for number, a in enumerate(shapes):
         if a.depth >= 1 and only in (None, a.arm):
-            rows[FINGERS if link_name(model, a.geom) in robot.fingers else ON_TABLE].append((a.geom, table))
+            found.append(Pair(FINGERS if link_name(model, a.geom) in robot.fingers else ON_TABLE, a.geom, table))
         for b in shapes[number + 1 :]:
             first, second = (a, b) if a.arm else (b, a)
             kind = _kind(first, second)
-            if kind is None or only not in (None, a.arm, b.arm):
-                continue
-            asked = near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else rows[kind]
-            asked.append((first.geom, second.geom))
+            if kind is not None and only in (None, a.arm, b.arm):
+                asked = near if kind == OBSTACLES and first.depth < JOINTS_BETWEEN else found
+                asked.append(Pair(kind, first.geom, second.geom))
     stands = _standing(robot, near)
-    rows[OBSTACLES] += [pair for pair in near if pair not in stands]
-    untested = [(link_name(model, a), link_name(model, b)) for a, b in stands]
-    return ShapePairs({kind: np.array(pairs) for kind, pairs in rows.items() if pairs}, list(dict.fromkeys(untested)))
+    return found + [pair for pair in near if pair not in stands], stands
 
 
 def link_name(model: Any, geom: int) -> str:
@@ -163,7 +160,7 @@ def _ancestors(model: Any, body: int) -> list[int]:
     return found
 
 
-def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+def _standing(robot: Robot, pairs: list[Pair]) -> list[Pair]:
     """Return those of the given pairs whose two shapes touch, or almost touch, in the robot's initial pose."""
     if not pairs:
         return []
@@ -171,4 +168,8 @@ def _standing(robot: Robot, pairs: list[tuple[int, int]]) -> list[tuple[int, int
     data = robot.at_rest()
     data.qpos[:] = robot.initial
     mujoco.mj_kinematics(robot.model, data)
-    return [pair for pair in pairs if mujoco.mj_geomDistance(robot.model, data, *pair, 2 * STANDS_ON, None) < STANDS_ON]
+
+    def apart(pair: Pair) -> float:
+        return float(mujoco.mj_geomDistance(robot.model, data, pair.first, pair.second, 2 * STANDS_ON, None))
+
+    return [pair for pair in pairs if apart(pair) < STANDS_ON]

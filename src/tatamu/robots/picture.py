@@ -65,11 +65,11 @@ def _draw_squares(drawing: Drawing, plan: RobotPlan) -> None:
         return
     points = plan.task.hands.at(plan.task.hands.times).reshape(-1, 3)
     middle = (points.min(axis=0) + points.max(axis=0)) / 2  # of both hands' paths
-    for placement, quality in reversed(list(zip(reach.placements, reach.quality, strict=True))):
+    for placement, _, quality, _ in reversed(reach):
         near = abs(placement.z - chosen.z) < 0.03 and abs(placement.yaw - chosen.yaw) < 0.25
         if near and placement.turning == chosen.turning:
             centre = (placement.matrix @ np.append(middle, 1.0))[:2]
-            drawing.add(Box(centre - CELL / 2, centre + CELL / 2, _colour(float(quality)), "card"))
+            drawing.add(Box(centre - CELL / 2, centre + CELL / 2, _colour(quality), "card"))
 
 
 def _colour(quality: float) -> str:

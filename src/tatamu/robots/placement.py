@@ -145,16 +145,12 @@ def holds_of(arm: Arm, fine: bool = False) -> list[Hold]:
 
 
 TURNS = [
-    (float(np.radians(yaw)), trunk)
-    for yaw, trunk in (
-        (0, (0.0,)),
-        (25, (0.0, 1.0)),
-        (-25, (0.0, 1.0)),
-        (50, (0.5, 1.0)),
-        (-50, (0.5, 1.0)),
-        (75, (0.5, 1.0)),
-        (-75, (0.5, 1.0)),
-    )
+    (0.0, (0.0,)),
+    *(
+        (float(np.radians(yaw)), trunk)
+        for degrees, trunk in ((25, (0.0, 1.0)), (50, (0.5, 1.0)), (75, (0.5, 1.0)))
+        for yaw in (degrees, -degrees)
+    ),
 ]
 """Directions of the fold from straight ahead [rad], each with the values of `Placement.turning` that are tried."""
 

@@ -19,7 +19,7 @@ from tatamu.robots.motion import Motion, Pace, motion
 from tatamu.robots.paths import Paths, PlacedFold, cloth_of
 from tatamu.robots.placement import Refused
 from tatamu.robots.planfile import FingerEvent, GripperCommand, PlanCheck, Segment
-from tatamu.robots.reach import SEARCH, PlacementRanking, best_placements, out_of_reach, table_heights
+from tatamu.robots.reach import POINTS, SEARCH, Rated, best_placements, out_of_reach, table_heights
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -45,13 +45,8 @@ class RobotPlan:
     task: PlacedFold
     motion: Motion
     checks: dict[str, PlanCheck]
-    reach: PlacementRanking | None
+    reach: list[Rated] | None
     """Result of the search for placements; None if the user gave the placement."""
-
-    @property
-    def events(self) -> tuple[FingerEvent, ...]:
-        """Times at which fingers close and open; empty if the motion only hovers above the table."""
-        return () if self.task.hover else self.motion.events
 
     @property
     def gripper_commands(self) -> tuple[GripperCommand, ...]:
@@ -60,7 +55,6 @@ class RobotPlan:
         The jaws open at the start, close at the event `close` and open again at the event `open`.
         """
         names = ("lead",) if self.task.hover else ("lead", "close", "open")
-        stages = [self.motion.part(name) for name in names]
         return tuple(
             GripperCommand.model_validate(
                 {
@@ -71,23 +65,29 @@ class RobotPlan:
                     "duration": round(stage.timed.duration, 6),
                 }
             )
-            for stage in stages
+            for stage in map(self.motion.part, names)
             for arm in self.task.robot.folding
+        )
+
+    @property
+    def events(self) -> tuple[FingerEvent, ...]:
+        """Times at which fingers close and open; empty if the motion only hovers above the table."""
+        commands = self.gripper_commands[len(self.task.robot.folding) :]
+        return tuple(
+            FingerEvent(time=each.time, arm=each.arm, event="close" if each.width == SHUT else "open")
+            for each in commands
         )
 
     @property
     def segments(self) -> tuple[Segment, ...]:
         """The parts of the motion. A program that plays the motion can stop between two parts."""
         closing, opening = self.motion.part("close"), self.motion.part("open")
-        close, release = ("", "") if self.task.hover else ("close", "open")
-        spans = (
-            ("approach", 0.0, closing.start, close),
-            ("fold", closing.end, opening.start, release),
-            ("leave", opening.end, max(part.end for part in self.motion.parts), ""),
-        )
+        end = max(part.end for part in self.motion.parts)
+        spans = (("approach", 0.0, closing.start), ("fold", closing.end, opening.start), ("leave", opening.end, end))
+        then = ("", "", "") if self.task.hover else ("close", "open", "")
         return tuple(
-            Segment.model_validate({"name": name, "start": round(a, 6), "duration": round(b - a, 6), "then": then})
-            for name, a, b, then in spans
+            Segment.model_validate({"name": name, "start": round(a, 6), "duration": round(b - a, 6), "then": word})
+            for (name, a, b), word in zip(spans, then, strict=True)
         )
 
 
@@ -131,7 +131,14 @@ def plan_fold(
         except Refused as error:
             refusals.append(error)
             continue
-        for task, reach in _candidates(source, starting, hands, place, heights, refusals, searched):
+        turnings = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
+        reach = best_placements(starting, hands, heights, cloth_of(source), searched, place, turnings)
+        tried = [each for each in reach[:CANDIDATES] if each.is_good]
+        if not tried:
+            refusals.append(out_of_reach(starting, hands, reach[0]))
+            tried = [each for each in reach[:1] if min(each.reached) == POINTS]  # if the arms reach all, one is planned
+        for each in tried:
+            task = PlacedFold(starting, hands, each.placement, each.holds, source)
             try:
                 found = _worked_out(task, pace or Pace(), reach if place is None else None)
                 return found if not hover else _hovering(found, hover, pace or Pace())
@@ -142,28 +149,6 @@ def plan_fold(
         raise InputError(f"{name}: refused: {best}")
     arms = "both arms" if len(hands.curves) > 1 else "an arm"
     raise NoPlacement(f"{name}: no placement in front of the robot lets {arms} do the fold: {best}")
-
-
-def _candidates(
-    source: Result | ResultFolder,
-    robot: Robot,
-    hands: HandMotion,
-    place: tuple[float, float, float] | None,
-    heights: tuple[float, float],
-    refusals: list[Refused],
-    progress: Callable[[int], object],
-) -> list[tuple[PlacedFold, PlacementRanking]]:
-    """Return the most promising placements of the fold, each as a fold to plan."""
-    turnings = (0.0, 0.6, 1.0) if robot.trunk else (0.0,)
-    reach = best_placements(robot, hands, heights, cloth_of(source), progress, place, turnings)
-    count = min(CANDIDATES, reach.good)
-    if count == 0:
-        refusals.append(out_of_reach(robot, hands, reach))
-        count = int(reach.reached[:, 0].min() == len(reach.times))  # if the arms reach all points, one is planned
-    return [
-        (PlacedFold(robot, hands, placement, holds, source), reach)
-        for placement, holds in list(zip(reach.placements, reach.holds, strict=True))[:count]
-    ]
 
 
 def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
@@ -177,7 +162,7 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
         ) from None
 
 
-def _worked_out(task: PlacedFold, pace: Pace, reach: PlacementRanking | None) -> RobotPlan:
+def _worked_out(task: PlacedFold, pace: Pace, reach: list[Rated] | None) -> RobotPlan:
     paths = Paths(task)
     stages = paths.stages(pace.lower_speed, pace.raise_speed)
     driven = motion(task.robot, task.hands, stages, pace, task.hover > 0)

@@ -75,14 +75,8 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
 
     The result is accurate for small angles, and safe for angles up to pi.
     """
-    skew = np.stack(
-        [
-            rotation[:, 2, 1] - rotation[:, 1, 2],
-            rotation[:, 0, 2] - rotation[:, 2, 0],
-            rotation[:, 1, 0] - rotation[:, 0, 1],
-        ],
-        axis=1,
-    )
+    twice = rotation - rotation.transpose(0, 2, 1)
+    skew = np.stack([twice[:, 2, 1], twice[:, 0, 2], twice[:, 1, 0]], axis=1)
     sine = np.linalg.norm(skew, axis=1) / 2  # |sin angle|
     cosine = (np.trace(rotation, axis1=1, axis2=2) - 1) / 2
     angle = np.arctan2(sine, cosine)

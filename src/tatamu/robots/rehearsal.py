@@ -176,13 +176,9 @@ def _inertia(model: Any, planned: Planned, joints: Sequence[str], mujoco: Any) -
     for name, angle in zip(planned.plan.joints, middle, strict=True):
         data.joint(name).qpos[0] = angle
     mujoco.mj_forward(model, data)
-    found = []
-    for number in (int(model.joint(name).dofadr[0]) for name in joints):
-        one, column = np.zeros(model.nv), np.zeros(model.nv)
-        one[number] = 1.0
-        mujoco.mj_mulM(model, data, column, one)
-        found.append(float(column[number]))
-    return found
+    diagonal = model.M_rowadr + model.M_rownnz - 1  # a row of MuJoCo's sparse inertia ends at the diagonal
+    dofs = [int(model.joint(name).dofadr[0]) for name in joints]
+    return [float(inertia) for inertia in data.M[diagonal[dofs]]]
 
 
 def _others(model: Any, planned: Planned) -> list[str]:

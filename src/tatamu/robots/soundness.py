@@ -10,6 +10,7 @@ The last three checks use random configurations from the joints' whole ranges, w
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -43,32 +44,36 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
     Raises:
         InputError: If a name is unknown, a value is out of range, or the arms cannot be planned for.
     """
-    _check_names(path, robot)
+    for wrong in _wrong(robot, prefixes):
+        raise InputError(f"{path}: {wrong}")
+
+
+def _wrong(robot: Robot, prefixes: dict[str, str]) -> Iterator[str]:
+    """Yield what is wrong. After the first yield, the rest makes no sense."""
+    yield from _wrong_names(robot)
     try:
         model = robot.model
     except ValueError as error:
-        raise InputError(f"{path}: the model does not compile ({one_line(error)})") from None
-    _check_numbers(path, model)
-    _check_joints(path, model)
+        yield f"the model does not compile ({one_line(error)})"
+    yield from _wrong_numbers(model)
+    yield from _wrong_joints(model)
     for arm in robot.arms:
-        _check_arm(path, robot, arm, prefixes[arm.name])
-    _check_base(path, robot)
-    _check_equalities(path, robot)
-    _check_standing(path, robot)
+        yield from _wrong_arm(robot, arm, prefixes[arm.name])
+    yield from _wrong_base(robot)
+    yield from _broken_equalities(robot)
+    yield from _wrong_standing(robot)
     for arm in robot.arms:
         angles = _within(robot.limits(arm), np.random.default_rng(0))
         best = float(Chain.of(robot, arm).singularity(angles).max())
         if not best > MIN_RANK:
             directions = min(len(arm.joints), FULL_JOINTS)
-            raise InputError(
-                f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the "
-                f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
+            yield (
+                f"{arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the minimum "
+                f"singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
             )
     for arm in robot.arms:
         if not Clearance(robot, ("to the table",), arm.name).pairs:
-            raise InputError(
-                f"{path}: {arm.name}: the model has no collision shapes, between which distances are measured"
-            )
+            yield f"{arm.name}: the model has no collision shapes, between which distances are measured"
 
 
 def check_kinematics(robot: Robot) -> None:
@@ -110,113 +115,97 @@ def _within(limits: np.ndarray, random: np.random.Generator) -> np.ndarray:
     return low + random.random((DRAWS, len(limits))) * (high - low)
 
 
-def _check_names(path: Path, robot: Robot) -> None:
-    """Refuse names in the description that the model does not have."""
+def _wrong_names(robot: Robot) -> Iterator[str]:
+    """Yield names in the description that the model does not have, and joints with two purposes."""
 
-    def check(field: str, kind: str, name: str) -> None:
-        if getattr(robot.spec, kind)(name) is None:
-            raise InputError(f"{path}: {field}: the model has no {kind} {name!r}")
+    def unknown(field: str, kind: str, *names: str) -> Iterator[str]:
+        lacking = (name for name in names if getattr(robot.spec, kind)(name) is None)
+        return (f"{field}: the model has no {kind} {name!r}" for name in lacking)
 
     for arm in robot.arms:
-        check(f"{arm.name}.link", "body", arm.link)
-        for joint in arm.joints:
-            check(f"{arm.name}.joints", "joint", joint)
+        yield from unknown(f"{arm.name}.link", "body", arm.link)
+        yield from unknown(f"{arm.name}.joints", "joint", *arm.joints)
     for joint in robot.rarm.joints:
         if joint in robot.larm.joints:
-            raise InputError(f"{path}: rarm.joints: {joint} already belongs to larm")
+            yield f"rarm.joints: {joint} already belongs to larm"
     for joint in robot.standing:
-        check("standing", "joint", joint)
+        yield from unknown("standing", "joint", joint)
         if joint in robot.joints:
-            raise InputError(f"{path}: standing: {joint} must be outside the arms, given a joint of an arm")
+            yield f"standing: {joint} must be outside the arms, given a joint of an arm"
     for arm in robot.arms:
         for joint in arm.jaw.fingers:
             if robot.spec.joint(joint) is None or joint in robot.joints:
-                raise InputError(f"{path}: {arm.name}.jaw.fingers: the model has no joint {joint!r} outside the arms")
-        for link in arm.jaw.links:
-            check(f"{arm.name}.jaw.links", "body", link)
+                yield f"{arm.name}.jaw.fingers: the model has no joint {joint!r} outside the arms"
+        yield from unknown(f"{arm.name}.jaw.links", "body", *arm.jaw.links)
     if robot.base != "world":
-        check("base", "body", robot.base)
+        yield from unknown("base", "body", robot.base)
 
 
-def _check_numbers(path: Path, model: Any) -> None:
-    """Refuse models with numbers that no robot has. MuJoCo accepts even infinite numbers."""
+def _wrong_numbers(model: Any) -> Iterator[str]:
+    """Yield numbers that no robot has. MuJoCo accepts even infinite numbers."""
     limit = 1e4  # [m, rad, kg, kg m^2]
     bodies = ("body_pos", "body_quat", "body_mass", "body_inertia", "geom_pos", "geom_size")
     for name in (*bodies, "jnt_pos", "jnt_axis", "jnt_range", "qpos0"):
         values = getattr(model, name)
         if not (np.abs(values) <= limit).all():
             worst = values.flat[int(np.argmax(np.where(np.isfinite(values), np.abs(values), np.inf)))]
-            raise InputError(f"{path}: model: {name} must be within {limit:g} (SI units), given {worst:.4g}")
+            yield f"model: {name} must be within {limit:g} (SI units), given {worst:.4g}"
 
 
-def _check_joints(path: Path, model: Any) -> None:
-    """Refuse joints without a single angle or position, such as ball joints."""
+def _wrong_joints(model: Any) -> Iterator[str]:
+    """Yield joints without a single angle or position, such as ball joints."""
     kinds = needed("mujoco").mjtJoint
     words = {int(kinds.mjJNT_FREE): "free", int(kinds.mjJNT_BALL): "ball"}
-    for number in range(model.njnt):
-        word = words.get(int(model.jnt_type[number]))
+    for joint in map(model.joint, range(model.njnt)):
+        word = words.get(int(joint.type[0]))
         if word is not None:
-            name, body = model.joint(number).name, model.body(model.jnt_bodyid[number]).name
-            raise InputError(
-                f"{path}: model: the {word} joint {name} of body {body!r} cannot be planned with: every joint must be "
-                "a hinge or a slide; fix the body to its parent, or remove it from the model"
+            yield (
+                f"model: the {word} joint {joint.name} of body {model.body(joint.bodyid[0]).name!r} cannot be planned "
+                "with: every joint must be a hinge or a slide; fix the body to its parent, or remove it from the model"
             )
 
 
-def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
-    """Refuse joints that are not hinges with limits, or that do not lead to the wrist in the given order."""
-    model, where = robot.model, f"{path}: {arm.name}.joints:"
-    for joint, angle in zip(arm.joints, arm.initial, strict=True):
-        if model.joint(joint).type[0] != needed("mujoco").mjtJoint.mjJNT_HINGE:
-            raise InputError(f"{where} {joint.removeprefix(prefix)} is a slide; every joint of an arm must be a hinge")
-        if not model.joint(joint).limited[0]:
-            raise InputError(f"{where} {joint.removeprefix(prefix)} must have a range in the model, given none")
-        low, high = model.joint(joint).range
+def _wrong_arm(robot: Robot, arm: Arm, prefix: str) -> Iterator[str]:
+    """Yield joints that are not hinges with limits, or that do not lead to the wrist in the given order."""
+    model, hinge = robot.model, needed("mujoco").mjtJoint.mjJNT_HINGE
+    where = f"{arm.name}.joints:"
+    own = [name.removeprefix(prefix) for name in arm.joints]
+    for name, angle, joint in zip(own, arm.initial, map(model.joint, arm.joints), strict=True):
+        low, high = joint.range
+        if joint.type[0] != hinge:
+            yield f"{where} {name} is a slide; every joint of an arm must be a hinge"
+        if not joint.limited[0]:
+            yield f"{where} {name} must have a range in the model, given none"
         if not low <= angle <= high:
-            raise InputError(
-                f"{path}: {arm.name}.initial: {joint} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
-            )
-    for joint, positions in arm.jaw.fingers.items():
-        low, high = model.joint(joint).range
-        if model.joint(joint).limited[0] and not low - 1e-9 <= min(positions) <= max(positions) <= high + 1e-9:
-            raise InputError(
-                f"{path}: {arm.name}.jaw.fingers: {joint.removeprefix(prefix)} must be from {low:.4g} to {high:.4g}, "
-                f"given {positions[0]:g} and {positions[1]:g}"
-            )
-    names = [name.removeprefix(prefix) for name in arm.joints]
+            yield f"{arm.name}.initial: {joint.name} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
+    for name, positions in arm.jaw.fingers.items():
+        low, high = model.joint(name).range
+        if model.joint(name).limited[0] and not low - 1e-9 <= min(positions) <= max(positions) <= high + 1e-9:
+            given = f"given {positions[0]:g} and {positions[1]:g}"
+            yield f"{arm.name}.jaw.fingers: {name.removeprefix(prefix)} must be from {low:.4g} to {high:.4g}, {given}"
     above = joints_above(model, model.body(arm.link).id)
     on_the_way = [str(model.joint(number).name).removeprefix(prefix) for number in above]
-    for name in names:
+    for name in own:
         if name not in on_the_way:
-            raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
-    ordered = [name for name in on_the_way if name in names]
-    if names != ordered:
-        raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
+            yield f"{where} {name} does not move {arm.link.removeprefix(prefix)}"
+    ordered = [name for name in on_the_way if name in own]
+    if own != ordered:
+        yield f"{where} must go from the base outwards: {', '.join(ordered)}"
 
 
-def _check_base(path: Path, robot: Robot) -> None:
-    """Refuse a base that an arm moves, or that is not upright."""
+def _wrong_base(robot: Robot) -> Iterator[str]:
+    """Yield whether the base is moved by an arm, or is not upright."""
     for number in joints_above(robot.model, robot.model.body(robot.base).id):
         joint = robot.model.joint(number).name
         if joint in robot.joints:
-            raise InputError(f"{path}: base: must not move, but {joint} moves {robot.base}")
+            yield f"base: must not move, but {joint} moves {robot.base}"
     tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
     if not tilt < 1e-3:
-        raise InputError(f"{path}: base: z of {robot.base} must point up, but deviates by {tilt:.3g} deg")
+        yield f"base: z of {robot.base} must point up, but deviates by {tilt:.3g} deg"
 
 
-def _check_standing(path: Path, robot: Robot) -> None:
-    """Refuse positions of joints, such as those in `standing`, that are outside the joints' ranges."""
-    model = robot.model
-    for number in range(model.njnt):
-        name, (low, high) = model.joint(number).name, model.jnt_range[number]
-        value = robot.standing.get(name, robot.rest[model.jnt_qposadr[number]])
-        if model.jnt_limited[number] and not low - 1e-9 <= value <= high + 1e-9:
-            raise InputError(f"{path}: standing: {name} must be from {low:.4g} to {high:.4g}, given {value:.4g}")
-
-
-def _check_equalities(path: Path, robot: Robot) -> None:
-    """Refuse arms whose joints do not move independently: mimic joints, coupled joints, closed loops of links."""
+def _broken_equalities(robot: Robot) -> Iterator[str]:
+    """Yield whether joints of the arms do not move independently: mimic or coupled joints, closed loops of links."""
     mujoco, model = needed("mujoco"), robot.model
     data = mujoco.MjData(model)
     worst = np.zeros(model.neq)
@@ -227,10 +216,20 @@ def _check_equalities(path: Path, robot: Robot) -> None:
         np.maximum.at(worst, data.efc_id[rows], np.abs(data.efc_pos[rows]))
     broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > 1e-3)]  # [m, rad]
     if broken:
-        raise InputError(
-            f"{path}: a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; "
-            "joints of an arm must move independently, and other joints must be where the model allows"
+        yield (
+            f"a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; joints of "
+            "an arm must move independently, and other joints must be where the model allows"
         )
+
+
+def _wrong_standing(robot: Robot) -> Iterator[str]:
+    """Yield positions of joints, such as those in `standing`, that are outside the joints' ranges."""
+    model = robot.model
+    for joint in map(model.joint, range(model.njnt)):
+        low, high = joint.range
+        value = robot.standing.get(joint.name, robot.rest[joint.qposadr[0]])
+        if joint.limited[0] and not low - 1e-9 <= value <= high + 1e-9:
+            yield f"standing: {joint.name} must be from {low:.4g} to {high:.4g}, given {value:.4g}"
 
 
 def _equality(model: Any, number: int) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import astuple, dataclass
-from functools import cached_property
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from tatamu.robots.model import Robot
 from tatamu.robots.pairs import DISTANCES
 from tatamu.robots.paths import follow, grips_of, tool_poses
 from tatamu.robots.placement import Grip, Hold, Placement, Refused
-from tatamu.robots.pose import out_of, pose
+from tatamu.robots.pose import into, out_of, pose
 from tatamu.robots.reach import best_placements, table_heights
 
 
@@ -37,11 +37,11 @@ class Stand(OpenRecord):
     """A robot, and the placement of the fold in front of it."""
 
     robot: str
-    place: list[float]
+    place: tuple[float, ...]
     """x, y, z [m] and yaw [rad] of F in B, and how far the trunk turns towards the hands (0 to 1)."""
-    holds: list[tuple[float, float, bool]]
+    holds: tuple[tuple[float, float, bool], ...]
     """Tilt [rad], yaw [rad] and whether it is turned by half a turn, of each tool."""
-    grips: list[tuple[float, float]]
+    grips: tuple[tuple[float, float], ...]
     """Direction in which each hand folds, about z [rad], and height of its grasp [m]."""
 
 
@@ -57,14 +57,14 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
         heights = table_heights(robot, wanted.table_height)
     except Refused as error:
         raise InputError(f"robot.table_height: {error}") from None
-    found = best_placements(robot, hands, heights, place=wanted.place)
-    if not found.good:
+    best = best_placements(robot, hands, heights, place=wanted.place)[0]
+    if not best.is_good:
         raise InputError(f"robot: {wanted.name} cannot reach the largest fold that may be drawn; give smaller sizes")
     return Stand(
         robot=wanted.name,
-        place=list(astuple(found.placements[0])),
-        holds=[(hold.tilt, hold.yaw, hold.flipped) for hold in found.holds[0]],
-        grips=[(grip.heading, grip.over) for grip in grips_of(robot, hands)],
+        place=astuple(best.placement),
+        holds=tuple((hold.tilt, hold.yaw, hold.flipped) for hold in best.holds),
+        grips=tuple((grip.heading, grip.over) for grip in grips_of(robot, hands)),
     )
 
 
@@ -74,15 +74,9 @@ class Arms:
 
     robot: Robot
     placement: Placement
-    holds: tuple[Hold, ...]
-    grips: tuple[Grip, ...]
-
-    @classmethod
-    def at(cls, stand: Stand) -> Arms:
-        """Make the arms."""
-        robot = load(stand.robot)
-        grips = tuple(Grip(arm.jaw, *grip) for arm, grip in zip(robot.arms, stand.grips, strict=True))
-        return cls(robot, Placement(*stand.place), tuple(Hold(*hold) for hold in stand.holds), grips)
+    tools: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+    """The values of `Grip.tool` for each arm."""
+    chains: tuple[Chain, ...]
 
     def follow(self, lead: Callable[[float], Led], largest: float, start: np.ndarray, rate: float) -> np.ndarray:
         """Return the robot's states before the first step and after each step, float32, shape (steps + 1, k).
@@ -119,9 +113,8 @@ class Arms:
         angles = numbers.astype(float)
         trunk = angles[:, -1] if self.robot.trunk else 0.0
         q = self.robot.configuration([angles[:, :left], angles[:, left + 1 : right]], trunk)
-        X_BF = self.placement.matrix
-        offsets = np.array([offset for _, offset, _ in self._tools])[:, None]
-        points = (tool_poses(self.robot, self._chains, q)[:, :, :3, 3] - offsets - X_BF[:3, 3]) @ X_BF[:3, :3]
+        offsets = np.array([offset for _, offset, _ in self.tools])[:, None]
+        points = into(self.placement.matrix, tool_poses(self.robot, self.chains, q)[:, :, :3, 3] - offsets)
         return points.transpose(1, 0, 2), numbers[:, [left, right]] < 0.5
 
     def opened(self, state: np.ndarray) -> np.ndarray:
@@ -136,22 +129,13 @@ class Arms:
         left, right = (len(arm.joints) for arm in self.robot.arms)
         return [left, left + 1 + right]
 
-    @cached_property
-    def _tools(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """The values of `Grip.tool` for each arm."""
-        return [grip.tool(self.placement.yaw, hold) for grip, hold in zip(self.grips, self.holds, strict=True)]
-
-    @cached_property
-    def _chains(self) -> tuple[Chain, ...]:
-        return tuple(Chain.of(self.robot, arm) for arm in self.robot.arms)
-
     def _reach(self, places: np.ndarray) -> np.ndarray:
         """Return configurations [rad] that follow pairs of positions of the tools in F [m], shape (n, 2, 3)."""
         points = out_of(self.placement.matrix, places).transpose(1, 0, 2)
         trunk = self.placement.trunk(places.transpose(1, 0, 2))
-        tools = [pose(rotation, path + offset) for (rotation, offset, _), path in zip(self._tools, points, strict=True)]
+        tools = [pose(rotation, path + offset) for (rotation, offset, _), path in zip(self.tools, points, strict=True)]
         start = self.robot.configuration([arm.initial for arm in self.robot.arms])
-        q, missed = follow(self.robot, self._chains, np.stack(tools), trunk, start)
+        q, missed = follow(self.robot, self.chains, np.stack(tools), trunk, start)
         if missed is not None:
             raise OutOfReachError(f"{missed.arm} does not reach step {missed.point}: {missed.reason}")
         return q
@@ -167,3 +151,14 @@ class Arms:
         parts = [part for arm in self.robot.arms for part in (q[:, self.robot.arm_columns(arm)], opening)]
         trunk = [] if self.robot.trunk is None else [q[:, [self.robot.columns[self.robot.trunk]]]]
         return np.hstack([*parts, *trunk]).astype(np.float32)
+
+
+@lru_cache(maxsize=1)
+def arms_at(stand: Stand) -> Arms:
+    """Return the arms of a robot. The last ones are kept, because they take long to make."""
+    robot, placement = load(stand.robot), Placement(*stand.place)
+    tools = [
+        Grip(arm.jaw, *grip).tool(placement.yaw, Hold(*hold))
+        for arm, grip, hold in zip(robot.arms, stand.grips, stand.holds, strict=True)
+    ]
+    return Arms(robot, placement, tools, tuple(Chain.of(robot, arm) for arm in robot.arms))

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +25,14 @@ FLOATING = "tatamu_hands"
 """LeRobot's type of robot for floating hands."""
 
 
-def start_writer(
+@contextmanager
+def writing_demonstrations(
     root: Path, specification: DatasetSpecification, stand: Stand | None, first: Episode, key_points: int | None
-) -> LeRobotWriter:
-    """Return a writer for the demonstrations of a dataset.
+) -> Iterator[Callable[[Episode], None]]:
+    """Yield a function that appends an episode to the LeRobotDataset, which is complete after the `with` statement.
 
     Args:
-        root: Folder of the LeRobotDataset.
+        root: Folder of the LeRobotDataset, in which other files may be.
         specification: The specification of the dataset.
         stand: The robot, and the placement of the fold; None for floating hands.
         first: Any episode, for the sizes of the arrays.
@@ -49,10 +53,15 @@ def start_writer(
         features["observation.environment_state"] = vector(names)
     features |= {f"observation.images.{name}": camera(specification.record.pixels) for name in specification.cameras}
     features |= {"next.reward": Feature("float32", (1,)), "next.done": flag(), "next.success": flag()}
-    return LeRobotWriter(root, specification.record.fps, features, FLOATING if stand is None else stand.robot)
+    robot = FLOATING if stand is None else stand.robot
+    with LeRobotWriter(root / "lerobot", specification.record.fps, features, robot) as writer:
+        yield partial(_add, writer)
+    for part in writer.root.iterdir():
+        part.rename(root / part.name)
+    writer.root.rmdir()
 
 
-def add_demonstration(writer: LeRobotWriter, episode: Episode) -> None:
+def _add(writer: LeRobotWriter, episode: Episode) -> None:
     """Append an episode. Each observation is stored with the action and the reward that follow it."""
     arrays = episode.arrays
     frames = len(arrays["action"])

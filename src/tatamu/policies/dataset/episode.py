@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,12 @@ from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import SETTLE
 from tatamu.folding.score import score
 from tatamu.folding.task import Task
-from tatamu.policies.dataset.arms import Arms, OutOfReachError, Stand
+from tatamu.policies.dataset.arms import OutOfReachError, Stand, arms_at
 from tatamu.policies.dataset.record import EpisodeRecord, fields_of
-from tatamu.policies.dataset.sources import DrawnFold, LearnedFold, draw_fold, parameters_of
+from tatamu.policies.dataset.sources import DrawnFold, draw_fold, parameters_of
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.policies.envs.cameras import Studio
-from tatamu.policies.envs.episodes import draw_scenario
+from tatamu.policies.envs.environment import draw_scenario
 from tatamu.policies.envs.hands import HandsEnv
 from tatamu.policies.envs.motion import Led, actions_of, lead
 from tatamu.search import Parameters
@@ -35,7 +34,7 @@ class Recorder:
     """What all episodes share."""
 
     specification: DatasetSpecification
-    runs: Sequence[LearnedFold]
+    runs: Sequence[DrawnFold]
     disturbances: Disturbances | None
     stand: Stand | None
     """None for floating hands."""
@@ -133,7 +132,7 @@ def play(
         actions: Actions, float32, shape (T, a).
         stand: The robot whose joints the actions move; None for floating hands.
     """
-    places, closed = (None, None) if stand is None else _arms(stand.model_dump_json()).places(actions)
+    places, closed = (None, None) if stand is None else arms_at(stand).places(actions)
     answers = []
     for number, action in enumerate(actions):
         moved = env.step(action) if places is None or closed is None else env.lead(places[number], closed[number])
@@ -174,16 +173,10 @@ def _planned(recorder: Recorder, task: Task, parameters: Parameters) -> tuple[np
 
     if recorder.stand is None:
         return actions_of(led(env.largest), env.start, env.largest, wait), None
-    arms = _arms(recorder.stand.model_dump_json())
+    arms = arms_at(recorder.stand)
     states = arms.follow(led, env.largest, env.start, rate)
     states = np.concatenate([states, np.repeat(arms.opened(states[-1])[None], wait, axis=0)])
     return states[1:], states
-
-
-@lru_cache(maxsize=1)
-def _arms(stand: str) -> Arms:
-    """Return the arms of a stand in JSON. The last ones are kept, because they take long to make."""
-    return Arms.at(Stand.model_validate_json(stand))
 
 
 def _seen(observations: Sequence[Any]) -> dict[str, np.ndarray]:

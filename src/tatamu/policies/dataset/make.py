@@ -17,12 +17,12 @@ from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import load_disturbances
 from tatamu.lerobot.video import check_codec
 from tatamu.policies.dataset.arms import Stand, find_stand
-from tatamu.policies.dataset.demonstrations import add_demonstration, start_writer
+from tatamu.policies.dataset.demonstrations import writing_demonstrations
 from tatamu.policies.dataset.episode import Episode, Recorder, record_episode
 from tatamu.policies.dataset.folder import DatasetFolder, DatasetRecord
 from tatamu.policies.dataset.page import page
 from tatamu.policies.dataset.record import EpisodeRecord, with_shares
-from tatamu.policies.dataset.sources import LearnedFold, check_names, draw_fold, parameters_of, read_runs
+from tatamu.policies.dataset.sources import DrawnFold, check_names, draw_fold, parameters_of, read_runs
 from tatamu.policies.dataset.specification import DatasetSpecification, read_specification
 from tatamu.policies.dataset.states import Extent, StateWriter, extend
 from tatamu.policies.dataset.table import row_of, write_table
@@ -72,7 +72,7 @@ def make_dataset(
     return folder
 
 
-def _check(specification: DatasetSpecification) -> list[LearnedFold]:
+def _check(specification: DatasetSpecification) -> list[DrawnFold]:
     """Refuse what cannot be recorded before the first episode, and return the learned folds."""
     load_disturbances(specification.disturbances)
     needed("pyarrow", "dataset")
@@ -88,7 +88,7 @@ def _check(specification: DatasetSpecification) -> list[LearnedFold]:
     return runs
 
 
-def _find_stand(specification: DatasetSpecification, runs: list[LearnedFold]) -> Stand | None:
+def _find_stand(specification: DatasetSpecification, runs: list[DrawnFold]) -> Stand | None:
     """Place the first fold, with the largest garment that may be drawn; None for floating hands."""
     if specification.robot is None:
         return None
@@ -143,30 +143,22 @@ def _write(recorder: Recorder, folder: DatasetFolder) -> None:
         extend(extents, episode)
     records = with_shares(plain, recorder.disturbances is not None)
     rows, pictures = [], []
-    states = demonstrations = None
+    writers: list[Callable[[Episode], None]] = []
     with ExitStack() as stack:
         if "zarr" in specification.formats:
             about = {"fps": specification.record.fps, "tatamu": __version__}
-            states = StateWriter(building / folder.states.name, len(records), extents, about)
+            writers.append(StateWriter(building / folder.states.name, len(records), extents, about).add)
         if "lerobot" in specification.formats:
             key_points = counts.pop() if len(counts) == 1 else None
-            demonstrations = stack.enter_context(
-                start_writer(building / "lerobot", specification, recorder.stand, folder.kept(0), key_points)
-            )
+            first = folder.kept(0)
+            demonstrations = writing_demonstrations(building, specification, recorder.stand, first, key_points)
+            writers.append(stack.enter_context(demonstrations))
         for record in records:
             episode = Episode(record, folder.kept(record.episode).arrays)
             rows.append(row_of(record, episode.arrays["final"]))
             pictures += [episode.arrays["thumbnail"]] if "thumbnail" in episode.arrays else []
-            if states is not None:
-                states.add(episode)
-            if demonstrations is not None:
-                add_demonstration(demonstrations, episode)
-    if states is not None:
-        states.finish()
-    if demonstrations is not None:
-        for part in demonstrations.root.iterdir():
-            part.rename(building / part.name)
-        demonstrations.root.rmdir()
+            for write in writers:
+                write(episode)
     write_table(building / folder.table.name, rows)
     about_all = DatasetRecord(
         specification=specification,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,29 +23,20 @@ from tatamu.sweep import SweepFolder
 
 @dataclass(frozen=True)
 class DrawnFold:
-    """The names and random numbers of a fold whose garment has not been made yet."""
+    """The names and numbers of a fold whose garment has not been made yet."""
 
     source: str
+    """"drawn", or the folder of a learned fold."""
     subject: Subject
-    unit: tuple[float, ...]
-    """Deviation of each parameter from the middle curve, from -1 to 1, where 1 is the specification's `spread`."""
     middle: Parameters | None = None
     """Parameters of the middle curve, which is that of the learned fold; None for the arched curve."""
     known: tuple[int, int, str] | None = None
     """Successes of the learned fold, number of its scenarios, and their source."""
+    unit: tuple[float, ...] = (0.0,) * 6
+    """Deviation of each parameter from the middle curve, from -1 to 1, where 1 is the specification's `spread`."""
 
 
-@dataclass(frozen=True)
-class LearnedFold:
-    """A learned fold, read from the folder of `tatamu learn`."""
-
-    source: str
-    subject: Subject
-    parameters: Parameters
-    known: tuple[int, int, str] | None
-
-
-def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
+def read_runs(specification: DatasetSpecification) -> list[DrawnFold]:
     """Read the learned folds that a specification names; empty if its folds are drawn at random.
 
     Raises:
@@ -58,7 +49,7 @@ def read_runs(specification: DatasetSpecification) -> list[LearnedFold]:
 
 
 def draw_fold(
-    specification: DatasetSpecification, runs: Sequence[LearnedFold], number: int, attempt: int = 0
+    specification: DatasetSpecification, runs: Sequence[DrawnFold], number: int, attempt: int = 0
 ) -> DrawnFold:
     """Draw a fold.
 
@@ -70,8 +61,7 @@ def draw_fold(
     """
     generator = np.random.default_rng(np.random.SeedSequence([specification.seed, 0, number, attempt]))
     if runs:
-        run = runs[number % len(runs)]
-        return DrawnFold(run.source, run.subject, _unit(generator), run.parameters, run.known)
+        return replace(runs[number % len(runs)], unit=_unit(generator))
     garment = specification.drawn_garment
     name = choose(garment.name, generator)
     size = None
@@ -79,7 +69,7 @@ def draw_fold(
         size = (draw(garment.width, generator), draw(garment.length, generator))
     material = None if garment.material is None else choose(garment.material, generator)
     subject = _subject(specification, name, choose(specification.fold.plan, generator), material, size)
-    return DrawnFold("drawn", subject, _unit(generator))
+    return DrawnFold("drawn", subject, unit=_unit(generator))
 
 
 def parameters_of(drawn: DrawnFold, task: Task, spread: float) -> Parameters:
@@ -149,7 +139,7 @@ def _steps(path: Path) -> list[Path]:
     return [step.path for step in folder.learned_steps()] if folder.holds_plan else [path]
 
 
-def _learned(path: Path) -> LearnedFold:
+def _learned(path: Path) -> DrawnFold:
     result = Result.load(path)
     description = result.record.task
     named = result.record.asked or description
@@ -166,7 +156,7 @@ def _learned(path: Path) -> LearnedFold:
         material=fields_of(description.material),
         start=result.start.ravel().tolist() if step else None,
     )
-    return LearnedFold(str(path), subject, dict(result.best.parameters), _known(ResultFolder(path), result))
+    return DrawnFold(str(path), subject, dict(result.best.parameters), _known(ResultFolder(path), result))
 
 
 def _known(folder: ResultFolder, result: Result) -> tuple[int, int, str] | None:

@@ -67,7 +67,7 @@ class StateWriter:
             self._arrays = {name: _create(self._group, name, count, extent) for name, extent in extents.items()}
 
     def add(self, episode: Episode) -> None:
-        """Append an episode."""
+        """Append an episode. The last one completes the group."""
         self._lengths.append(episode.record.frames)
         self._successes.append(episode.record.success)
         done = len(self._lengths)
@@ -78,12 +78,9 @@ class StateWriter:
                 if len(waiting) == array.shards[0] or done == self._count:
                     array[done - len(waiting) : done] = np.stack(waiting)
                     waiting.clear()
-
-    def finish(self) -> None:
-        """Write the length and the success of each episode."""
-        with writing(self._root):
-            self._group.create_array("length", data=np.array(self._lengths))
-            self._group.create_array("success", data=np.array(self._successes))
+            if done == self._count:
+                self._group.create_array("length", data=np.array(self._lengths))
+                self._group.create_array("success", data=np.array(self._successes))
 
 
 def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.ndarray]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium import spaces
 
@@ -13,8 +12,8 @@ from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import NOMINAL, Disturbances
 from tatamu.evaluation.nominal import Nominal
 from tatamu.garments import Garment
-from tatamu.policies.envs.episodes import make_episodes
-from tatamu.policies.envs.observation import Observation, Observer, View
+from tatamu.policies.envs.environment import GarmentEnv, draw_scenario
+from tatamu.policies.envs.observation import Observation, View
 from tatamu.search import Parameters
 from tatamu.simulation.material import Material
 
@@ -22,7 +21,7 @@ NAMES = ("x1", "z1", "x2", "z2", "g1", "g2")
 """Numbers of an action."""
 
 
-class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
+class FoldEnv(GarmentEnv):
     """An environment with one fold per episode. docs/reference/env-fold.md has the spaces and the reward."""
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 (Gymnasium's name and form)
@@ -45,23 +44,18 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         Raises:
             InputError: If an argument is wrong; the message names it.
         """
-        self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
-        self.task = self.episodes.task
-        self.render_mode = render_mode
+        which = garment, fold, size, material, spacing, disturbances
+        super().__init__(*which, observation, pixels, render_mode, with_hands=False)
         self.action_space = spaces.Box(-1.0, 1.0, (len(NAMES),), np.float32)
-        start = self.task.fold.start
-        self._observer = Observer(self.task.garment, start, observation, hands=0, pixels=pixels)
-        self.observation_space = self._observer.space
         self._scenario = NOMINAL
-        self._positions = start
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         super().reset(seed=seed)
-        self._scenario = self.episodes.draw(self.np_random)
-        self._positions = self.task.fold.start
-        return self._observe(), {"is_success": False, "world": dict(self._scenario.values)}
+        self._scenario = draw_scenario(self.disturbances, self.np_random)
+        self._view = View.of_cloth(self.task.fold.start)
+        return self._observer.observe(self._view), {"is_success": False, "world": dict(self._scenario.values)}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Make one fold, which ends the episode.
@@ -75,14 +69,14 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         parameters = self.parameters(action)
         found = Nominal(self.task).simulate(parameters, self._scenario)
         if found.rollout is not None:
-            self._positions = found.rollout.positions[-1]
+            self._view = View.of_cloth(found.rollout.positions[-1])
         info = {
             "is_success": found.score is not None and found.score.succeeds,
             "parameters": parameters,
             "score": {} if found.score is None else found.score.model_dump(),
             "error": found.error or "",
         }
-        return self._observe(), -found.objective, True, False, info
+        return self._observer.observe(self._view), -found.objective, True, False, info
 
     def parameters(self, action: np.ndarray) -> Parameters:
         """Return the parameters of an action. Values below -1 or above 1 are clipped.
@@ -95,10 +89,8 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
             raise InputError(f"action: must be {len(NAMES)} finite numbers, given {action}")
         parts = 0.5 * (np.clip(given, -1.0, 1.0) + 1.0)
         bounds = [self.task.space.bounds[name] for name in NAMES]
-        values = [
-            each.nearest(each.low + part * (each.high - each.low)) for each, part in zip(bounds, parts, strict=True)
-        ]
-        return dict(zip(NAMES, values, strict=True))
+        wanted = [each.low + part * (each.high - each.low) for each, part in zip(bounds, parts, strict=True)]
+        return {name: each.nearest(value) for name, each, value in zip(NAMES, bounds, wanted, strict=True)}
 
     def action(self, parameters: Parameters) -> np.ndarray:
         """Return the action for parameters, shape (6,)."""
@@ -106,13 +98,3 @@ class FoldEnv(gymnasium.Env[Observation, np.ndarray]):
         pairs = [(self.task.space.bounds[name], parameters[name]) for name in NAMES]
         parts = [0.5 if each.single else (value - each.low) / (each.high - each.low) for each, value in pairs]
         return np.array(2.0 * np.array(parts) - 1.0, dtype=np.float32)
-
-    def render(self) -> np.ndarray | None:
-        if self.render_mode is None:
-            return None
-        return self._observer.studio.picture("front", self._positions)
-
-    def _observe(self) -> Observation:
-        nothing = np.zeros((0, 3))
-        still = np.zeros_like(self._positions)
-        return self._observer.observe(View(self._positions, still, nothing, nothing, np.zeros(0)))

@@ -7,19 +7,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import gymnasium
 import numpy as np
 from gymnasium import spaces
 
 from tatamu.base.errors import InputError, SimulationError
-from tatamu.evaluation.disturbances import Disturbances, Scenario
+from tatamu.evaluation.disturbances import Disturbances, Scenario, disturbed_scene
+from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import HANDS
+from tatamu.folding.parameters import arched_curve
 from tatamu.folding.score import Limits, Score, score, vertex_distances
 from tatamu.folding.task import Task
 from tatamu.garments import Garment
-from tatamu.policies.envs.episodes import hand_errors, make_episodes
+from tatamu.policies.envs.environment import GarmentEnv, draw_scenario
 from tatamu.policies.envs.motion import follow, scene_of_led
-from tatamu.policies.envs.observation import Observation, Observer, View
+from tatamu.policies.envs.observation import Observation, View
 from tatamu.search import Parameters
 from tatamu.simulation.material import Material
 from tatamu.simulation.native import HandTarget, Simulation
@@ -101,7 +102,7 @@ class Jaw:
         return HandTarget(self.actual - before, True, near)
 
 
-class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
+class HandsEnv(GarmentEnv):
     """An environment in which hands fold step by step. docs/reference/env-hands.md has the spaces and the rewards."""
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012 (Gymnasium's name and form)
@@ -149,18 +150,15 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             raise InputError(f"rate: must be a whole number from 1 to 60, given {rate}")
         if not 1.0 / rate <= seconds <= 600.0:
             raise InputError(f"seconds: must be from {1.0 / rate:g} to 600, given {seconds}")
-        self.episodes = make_episodes(garment, fold, size, material, spacing, disturbances)
-        self.task = self.episodes.task
+        which = garment, fold, size, material, spacing, disturbances
+        super().__init__(*which, observation, pixels, render_mode, with_hands=True)
         self.reward = reward
-        self.render_mode = render_mode
         self.rate = rate
         self.metadata = {**self.metadata, "render_fps": rate}
         self.steps = round(seconds * rate)
         self.options = options or HandsOptions()
         start = self.task.fold.start
         count = self.task.fold.hands
-        self._observer = Observer(self.task.garment, start, observation, count, pixels)
-        self.observation_space = self._observer.space
         self.action_space = spaces.Box(-1.0, 1.0, (4 * count,), np.float32)
         self.largest = self.options.speed / rate  # motion of a hand in a step, along each axis [m]
         self._grasps = tuple(int(side[0]) for side in (self.task.fold.left, self.task.fold.right)[:count])
@@ -182,16 +180,17 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """
         super().reset(seed=seed)
         given = (options or {}).get("world")
-        scenario = self.episodes.draw(self.np_random) if given is None else Scenario(given)
+        scenario = draw_scenario(self.disturbances, self.np_random) if given is None else Scenario(given)
         fold = self.task.fold
         never = 1e6  # [s], after every episode
         idle = [
             Gripper(hand=hand, vertices=[vertex], closes=never, times=[0.0], displacements=np.zeros((1, 3)))
             for hand, vertex in zip(HANDS, self._grasps, strict=False)
         ]
-        scene = self.episodes.untouched(scenario)
+        touched = disturbed_scene(fold, self.task.manipulation(arched_curve(fold)), scenario)
+        scene = touched.model_copy(update={"grippers": []})
         self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / self.rate}))
-        errors = hand_errors(fold, scenario, fold.hands)
+        errors = _hand_errors(fold, scenario)
         lowest = 0.5 * scene.material.thickness
         self._jaws = [Jaw(fold.start[v], error, lowest) for v, error in zip(self._grasps, errors, strict=True)]
         self._done = 0
@@ -256,11 +255,6 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
         """Return the episode so far as a scene, which ends `SETTLE` seconds after the last step."""
         return scene_of_led(self._scene, self._led, self.rate)
 
-    def render(self) -> np.ndarray | None:
-        if self.render_mode is None:
-            return None
-        return self._observer.studio.picture("front", self._view.positions, self._view.seen)
-
     def outcome(self) -> tuple[np.ndarray, Score]:
         """Return the present shape of the cloth [m], shape (n, 3), and its score."""
         return self._view.positions, self._score()
@@ -302,3 +296,13 @@ class HandsEnv(gymnasium.Env[Observation, np.ndarray]):
             "score": {} if score is None else score.model_dump(),
             "error": error,
         }
+
+
+def _hand_errors(fold: Fold, scenario: Scenario) -> np.ndarray:
+    """Return the error of each hand's assumed position in a scenario [m], shape (hands, 3)."""
+    place = np.array([scenario["cloth.place.along"], scenario["cloth.place.across"], scenario["table.height"]])
+    shared = scenario.vector("hands.offset") - place
+    apart = 0.5 * scenario.vector("hands.difference")
+    errors = [shared] if fold.hands == 1 else [shared + apart, shared - apart]
+    axes = np.array([[*fold.normal, 0.0], [*fold.crease.along, 0.0], [0.0, 0.0, 1.0]])
+    return np.asarray(np.array(errors) @ axes)

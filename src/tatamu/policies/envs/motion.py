@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -86,30 +87,20 @@ def scene_of_led(untouched: Scene, led: Sequence[Sequence[HandTarget | None]], r
 
 def _grippers(hand: int, targets: Sequence[HandTarget | None], rate: float) -> list[Gripper]:
     """Return a gripper for each period in which a hand was closed."""
-    found: list[Gripper] = []
-    times: list[float] = []
-    places: list[np.ndarray] = []
-    vertices: list[int] = []
-    for step, target in enumerate([*targets, HandTarget(closed=False)]):
+    periods: list[dict[str, Any]] = []
+    for step, target in enumerate(targets):
         start = step / rate
-        if target is None or (target.closed is False and not vertices):
+        if target is None:
             continue
         if target.closed is False:
-            opens = start if step < len(targets) else None
-            held = Gripper(
-                hand=HANDS[hand],
-                vertices=vertices,
-                closes=times[0],
-                opens=opens,
-                times=times,
-                displacements=np.array(places),
-            )
-            found.append(held)
-            vertices = []
+            periods[-1]["opens"] = start
             continue
         if target.closed:
-            vertices = [int(vertex) for vertex in target.vertices or ()]
-            times, places = [start], [np.zeros(3)]
-        times = [*times, (step + 1) / rate]
-        places = [*places, np.asarray(target.displacement, dtype=float)]
-    return found
+            first = {"times": [start], "displacements": [np.zeros(3)]}
+            periods.append({"vertices": [int(vertex) for vertex in target.vertices or ()], "closes": start, **first})
+        periods[-1]["times"].append((step + 1) / rate)
+        periods[-1]["displacements"].append(np.asarray(target.displacement, dtype=float))
+    return [
+        Gripper(**{**period, "hand": HANDS[hand], "displacements": np.array(period["displacements"])})
+        for period in periods
+    ]

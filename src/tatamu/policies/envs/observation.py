@@ -35,6 +35,11 @@ class View:
     closed: np.ndarray
     """1 for hands that hold cloth, shape (k,)."""
 
+    @classmethod
+    def of_cloth(cls, positions: np.ndarray) -> View:
+        """Return the state of cloth at rest without hands."""
+        return cls(positions, np.zeros_like(positions), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+
 
 def key_points(garment: Garment) -> np.ndarray:
     """Return the vertices at which a named edge ends, in increasing order, shape (k,)."""
