@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
-from tatamu.after.margins.texts import TITLES
 from tatamu.evaluation.disturbances import (
     CHANNELS,
     NOMINAL,
@@ -25,7 +24,7 @@ from tatamu.evaluation.disturbances import (
     sample_scenarios,
     with_calibrated,
 )
-from tatamu.evaluation.disturbances.channels import FIELDS
+from tatamu.evaluation.disturbances.channels import FIELDS, SHOWN
 from tatamu.evaluation.disturbances.description import OWN
 from tatamu.evaluation.draws import Draws, Subject, simulate_outcome
 from tatamu.evaluation.nominal import Nominal
@@ -106,7 +105,7 @@ def test_every_default_has_a_source() -> None:
 
 def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> None:
     assert set(FIELDS) == set(Material.model_fields) - {"blender"}
-    assert set(TITLES) == {channel.name for channel in CHANNELS}
+    assert all(channel.title and channel.unit in SHOWN for channel in CHANNELS)
 
 
 def test_scenarios_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
