@@ -18,6 +18,7 @@ from tatamu.evaluation.disturbances import (
     Scenario,
     Stream,
     deviations,
+    disturbed_hands,
     disturbed_scene,
     hand_failure,
     load_disturbances,
@@ -264,7 +265,7 @@ def judged(task: Task, scenario: Scenario) -> Outcome:
 def test_a_hand_that_cannot_do_its_part_has_failed_whatever_the_cloth_does(
     task: Task, low: Manipulation, values: dict[str, float], says: str | None
 ) -> None:
-    found = hand_failure(task.fold, low, Scenario(values))
+    found = hand_failure(disturbed_hands(task.fold, low, Scenario(values)))
     assert (found is None) if says is None else (found or "").startswith(says)
     if says is not None:
         verdict = judged(task, Scenario(values))
@@ -273,7 +274,7 @@ def test_a_hand_that_cannot_do_its_part_has_failed_whatever_the_cloth_does(
 
 def test_how_far_a_hand_yields_is_stated_with_its_fingers(task: Task, low: Manipulation) -> None:
     soft = replace(task.fold, fingers=Fingers(compliance=0.02))
-    assert hand_failure(soft, low, Scenario({"hands.offset.up": -0.018})) is None
+    assert hand_failure(disturbed_hands(soft, low, Scenario({"hands.offset.up": -0.018}))) is None
 
 
 def test_the_part_that_moves_is_judged_as_well_as_the_whole() -> None:
