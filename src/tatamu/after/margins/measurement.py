@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tatamu.base.errors import InputError
+from tatamu.base.errors import InputError, check_range
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import (
     CHANNELS,
@@ -102,10 +102,8 @@ def measure(
         InputError: If an argument is out of range.
     """
     limits = limits or Limits()
-    if not 1 <= draws <= 100_000:
-        raise InputError(f"draws: must be from 1 to 100000, given {draws}")
-    if not 0 <= seed < 2**32:
-        raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
+    check_range("draws", draws, 1, 100_000)
+    check_range("seed", seed, 0, 2**32 - 1)
     if not (known := deviations(disturbances)):
         raise InputError("disturbances: must have a deviation above 0, given none")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
