@@ -26,7 +26,7 @@ from benchmarks.tables import arguments, show
 from tatamu.after.feedback import Feedback, FeedbackFolder, feedback_of, from_numbers
 from tatamu.after.feedback.correction import added, shifts_against
 from tatamu.api import learn
-from tatamu.evaluation.disturbances import Scenario, Split, hand_failure, split
+from tatamu.evaluation.disturbances import Scenario, Split, disturbed_hands, hand_failure, split
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import HandShift
 from tatamu.folding.marks import MARKS, marks
@@ -97,7 +97,7 @@ class SetUp:
 
     def _failure(self, values: np.ndarray, task: Task) -> str | None:
         manipulation = task.manipulation(self.found.learned.best.parameters)
-        return hand_failure(task.fold, manipulation, self._scenario(values))
+        return hand_failure(disturbed_hands(task.fold, manipulation, self._scenario(values)))
 
     def end(self, random: np.ndarray, shift: Sequence[HandShift]) -> tuple[np.ndarray, Score] | None:
         """Return the vertices after a corrected fold, and its score; None if a hand fails."""

@@ -24,7 +24,7 @@ from typer.testing import CliRunner
 from tatamu.base.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.cluster import connected, executor_at
 from tatamu.cluster.connection import CERTIFICATES, parse_address
-from tatamu.cluster.executor import LARGE, DaskExecutor, SharedArguments, unbound
+from tatamu.cluster.executor import LARGE, DaskExecutor, SharedArguments
 from tatamu.cluster.versions import checked_call, difference, versions
 from tatamu.cluster.watch import Patience, Watch
 from tatamu.evaluation.evaluator import Ask
@@ -195,11 +195,11 @@ def test_an_evaluator_is_shared_and_parameters_go_along_with_their_call() -> Non
     assert len(cloudpickle.dumps(X)) < LARGE < len(cloudpickle.dumps(evaluator))
 
 
-def test_what_is_bound_to_a_function_is_an_argument() -> None:
-    task = towel()
-    evaluator = Nominal(task)
-    function, bound = unbound(evaluator.fixed)
-    assert function is Nominal.fixed and bound == (evaluator,)
+def test_what_is_bound_to_a_function_goes_over_once(executor: DaskExecutor) -> None:
+    array = np.full(100_000, 3.0)
+    before = len(executor._shared._futures)
+    assert [executor.submit(array.item, place).result() for place in range(3)] == [3.0] * 3
+    assert len(executor._shared._futures) - before == 1
 
 
 def test_a_call_whose_worker_dies_runs_elsewhere(executor: DaskExecutor, tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tatamu import InputError
-from tatamu.after.margins.texts import TITLES
 from tatamu.evaluation.disturbances import (
     CHANNELS,
     NOMINAL,
@@ -20,13 +19,14 @@ from tatamu.evaluation.disturbances import (
     Stream,
     default_disturbances,
     deviations,
+    disturbed_hands,
     disturbed_scene,
     hand_failure,
     load_disturbances,
     sample_scenarios,
     with_calibrated,
 )
-from tatamu.evaluation.disturbances.channels import FIELDS
+from tatamu.evaluation.disturbances.channels import FIELDS, SHOWN
 from tatamu.evaluation.disturbances.description import OWN
 from tatamu.evaluation.draws import Draws, Subject, simulate_outcome
 from tatamu.evaluation.nominal import Nominal
@@ -102,7 +102,7 @@ def test_every_default_has_a_source() -> None:
 
 def test_every_number_of_a_material_may_be_off_and_everything_has_words() -> None:
     assert set(FIELDS) == set(Material.model_fields) - {"blender"}
-    assert set(TITLES) == {channel.name for channel in CHANNELS}
+    assert all(channel.title and channel.unit in SHOWN for channel in CHANNELS)
 
 
 def test_scenarios_are_the_same_again_and_do_not_depend_on_how_many_there_are() -> None:
@@ -261,7 +261,7 @@ def judged(task: Task, scenario: Scenario) -> Outcome:
 def test_a_hand_that_cannot_do_its_part_has_failed_whatever_the_cloth_does(
     task: Task, low: Manipulation, values: dict[str, float], says: str | None
 ) -> None:
-    found = hand_failure(task.fold, low, Scenario(values))
+    found = hand_failure(disturbed_hands(task.fold, low, Scenario(values)))
     assert (found is None) if says is None else (found or "").startswith(says)
     if says is not None:
         verdict = judged(task, Scenario(values))
@@ -270,7 +270,7 @@ def test_a_hand_that_cannot_do_its_part_has_failed_whatever_the_cloth_does(
 
 def test_how_far_a_hand_yields_is_stated_with_its_fingers(task: Task, low: Manipulation) -> None:
     soft = replace(task.fold, fingers=Fingers(compliance=0.02))
-    assert hand_failure(soft, low, Scenario({"hands.offset.up": -0.018})) is None
+    assert hand_failure(disturbed_hands(soft, low, Scenario({"hands.offset.up": -0.018}))) is None
 
 
 def test_the_part_that_moves_is_judged_as_well_as_the_whole() -> None:

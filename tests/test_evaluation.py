@@ -12,7 +12,7 @@ import pytest
 
 from tatamu import Ask, Evaluation, InputError, LearnOptions, Nominal, Scenarios, learn
 from tatamu.evaluation.array import orthogonal_array
-from tatamu.evaluation.disturbances import Disturbances, Scenario, default_disturbances, hand_failure
+from tatamu.evaluation.disturbances import Disturbances, Scenario, default_disturbances, disturbed_hands, hand_failure
 from tatamu.evaluation.disturbances.aim import aim_for
 from tatamu.evaluation.disturbances.scenario import deviations, sample_scenarios
 from tatamu.evaluation.outcome import (
@@ -141,7 +141,7 @@ def test_the_aim_keeps_hands_off_the_table_and_on_the_cloth() -> None:
     def failures(one: Any, grasp: int) -> int:
         parameters = {**arched_inwards(one.fold), "g1": grasp, "g2": grasp}
         manipulation = one.manipulation(parameters)
-        return sum(hand_failure(one.fold, manipulation, each) is not None for each in scenarios)
+        return sum(hand_failure(disturbed_hands(one.fold, manipulation, each)) is not None for each in scenarios)
 
     for grasp in (0, (task.fold.candidates - 1) // 2):
         assert failures(replace(task, aim=aim), grasp) <= 2 < failures(task, grasp)

@@ -73,7 +73,7 @@ def test_a_commit_that_finds_the_disk_full_does_not_call_the_study_unreadable(tm
 
     with pytest.raises(UnavailableError, match="the disk is full; finished trials are kept"):
         with file_store(ResultFolder(tmp_path)) as store:
-            store._run(commits)
+            store.run(commits)
 
 
 def test_a_sweep_ends_and_keeps_what_was_finished(tmp_path: Path) -> None:

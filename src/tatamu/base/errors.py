@@ -54,6 +54,12 @@ class WorkerKilledError(SimulationError):
     """A computation killed its processes several times, or never answered."""
 
 
+def check_range(name: str, value: int, minimum: int, maximum: int) -> None:
+    """Raise an InputError that names a value outside its range."""
+    if not minimum <= value <= maximum:
+        raise InputError(f"{name}: must be from {minimum} to {maximum}, given {value}")
+
+
 def describe(error: ValidationError) -> str:
     """Return one line about the first wrong field of a record: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model_serializer
+from pydantic import BaseModel, ConfigDict, SerializerFunctionWrapHandler, model_serializer, model_validator
+
+from tatamu.base.files import read_json, validated
 
 
 class Record(BaseModel):
@@ -20,6 +24,20 @@ class OpenRecord(BaseModel):
 
     UNSAID: ClassVar[frozenset[str]] = frozenset()
     """Fields that are omitted in the file if they have their defaults."""
+    FORMER: ClassVar[Mapping[str, str]] = {}
+    """Names of fields in files of earlier versions, each with the present name."""
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a JSON file. Errors name the file and the field."""
+        return validated(cls, read_json(path), path)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_former(cls, given: Any) -> Any:
+        if isinstance(given, dict) and not cls.FORMER.keys().isdisjoint(given):
+            return {**{name: given[former] for former, name in cls.FORMER.items() if former in given}, **given}
+        return given
 
     @model_serializer(mode="wrap")
     def _plain(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:

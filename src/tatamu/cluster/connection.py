@@ -7,7 +7,7 @@ import re
 import sys
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,9 +65,8 @@ def parse_address(text: str) -> SchedulerAddress:
     )
 
 
-@contextmanager
-def executor_at(address: str | None) -> Iterator[Executor | None]:
-    """Yield the workers of a scheduler as an executor; None if no address is given.
+def executor_at(address: str | None) -> AbstractContextManager[Executor | None]:
+    """Return a context with the workers of a scheduler as an executor; None if no address is given.
 
     Args:
         address: Address of the scheduler: `tcp://HOST:PORT`, `tls://HOST:PORT` or `local:N`; None to use no scheduler.
@@ -76,11 +75,7 @@ def executor_at(address: str | None) -> Iterator[Executor | None]:
         InputError: If the address is invalid, Dask is not installed, or versions differ.
         UnavailableError: If no scheduler answers.
     """
-    if address is None:
-        yield None
-        return
-    with connected(address) as executor:
-        yield executor
+    return nullcontext() if address is None else connected(address)
 
 
 @contextmanager

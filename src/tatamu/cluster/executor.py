@@ -9,7 +9,6 @@ import pickle
 from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from functools import partial
 from hashlib import sha256
 from threading import Lock
 from typing import Any
@@ -60,17 +59,6 @@ class SharedArguments:
         return self._futures[key]
 
 
-def unbound(function: Callable[..., Any]) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-    """Split a `partial` or a bound method into a plain function and the arguments that are bound to it."""
-    if isinstance(function, partial) and not function.keywords:
-        inner, first = unbound(function.func)
-        return inner, (*first, *function.args)
-    owner = getattr(function, "__self__", None)
-    if owner is not None and hasattr(type(owner), getattr(function, "__name__", "")):
-        return getattr(type(owner), function.__name__), (owner,)
-    return function, ()
-
-
 class DaskExecutor(Executor):
     """Runs calls on the workers of a scheduler. If a worker dies, hangs or is slow, its calls run on other workers."""
 
@@ -92,13 +80,15 @@ class DaskExecutor(Executor):
         self._watch.start(client)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Run a call on a worker. Arguments and result must be picklable. Large arguments are sent only once."""
-        plain, bound = unbound(function)
+        """Run a call on a worker. Arguments and result must be picklable.
+
+        Large arguments, and a method with the large object that it is bound to, are sent only once.
+        """
         answer: Future[Any] = Future()
         with self._lock:
-            positional = [self._shared.replaced(value) for value in (*bound, *args)]
+            positional = [self._shared.replaced(value) for value in (function, *args)]
             named = {name: self._shared.replaced(value) for name, value in kwargs.items()}
-            sent = self._calls.submit(checked_call, dict(versions()), plain, *positional, **named)
+            sent = self._calls.submit(checked_call, dict(versions()), *positional, **named)
             self._answers.add(answer)
         still_sent = ref(sent)  # otherwise the caller's future would keep the result on the worker
 

@@ -8,8 +8,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from tatamu.base.errors import InputError
+
 LEVEL = 1.5
 """Size of the disturbances in the scenarios of a search, in their standard deviations."""
+
+
+def check_level(level: float) -> None:
+    """Raise an InputError if a level is out of range."""
+    if not 0.0 < level <= 4.0:
+        raise InputError(f"level: must be above 0 and at most 4, given {level:g}")
 
 
 def orthogonal_array(columns: int) -> np.ndarray:

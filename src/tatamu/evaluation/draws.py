@@ -13,7 +13,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from tatamu.base.errors import WorkerKilledError
-from tatamu.base.files import read_text, unwritable
+from tatamu.base.files import read_text, writing
 from tatamu.evaluation.disturbances import NOMINAL, Scenario, disturbed_scene
 from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.outcome import Outcome
@@ -46,29 +46,23 @@ class Subject:
         return sha256(json.dumps([self.digest, values]).encode()).hexdigest()[:24]
 
 
+@dataclass(eq=False)
 class Draws:
     """Outcomes of a subject, each simulated once."""
 
-    def __init__(
-        self,
-        subject: Subject,
-        workers: Executor,
-        file: Path | None = None,
-        progress: Progress = lambda done, total: None,
-    ) -> None:
-        """Read the outcomes that are kept in a file, one a line. An incomplete line is skipped."""
-        self.subject = subject
-        self._workers = workers
-        self._file = file
-        self._progress = progress
-        self._known = {} if file is None else read_outcomes(file)
+    subject: Subject
+    workers: Executor
+    file: Path | None = None
+    """File in which outcomes are kept, one a line. An incomplete line is skipped."""
+    progress: Progress = lambda done, total: None
+
+    def __post_init__(self) -> None:
+        """Read the outcomes that are kept."""
+        self._known = {} if self.file is None else read_outcomes(self.file)
         self._asked: set[str] = set()
-        if file is None:
-            return
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise unwritable(file.parent, error) from None
+        if self.file is not None:
+            with writing(self.file.parent):
+                self.file.parent.mkdir(parents=True, exist_ok=True)
 
     @property
     def simulations(self) -> int:
@@ -81,13 +75,13 @@ class Draws:
         self._asked.update(keys)
         missing = {key: each for key, each in zip(keys, scenarios, strict=True) if key not in self._known}
         futures = {
-            self._workers.submit(simulate_outcome, self.subject.task, self.subject.parameters, each): key
+            self.workers.submit(simulate_outcome, self.subject.task, self.subject.parameters, each): key
             for key, each in missing.items()
         }
         try:
             for left, future in zip(range(len(futures) - 1, -1, -1), as_completed(futures), strict=True):
                 self._keep(futures[future], _result(future))
-                self._progress(self.simulations - left, self.simulations)
+                self.progress(self.simulations - left, self.simulations)
         finally:
             for future in futures:
                 future.cancel()  # only has an effect after an interruption
@@ -95,15 +89,12 @@ class Draws:
 
     def _keep(self, key: str, outcome: Outcome) -> None:
         self._known[key] = outcome
-        if self._file is None:
+        if self.file is None:
             return
-        try:
-            with self._file.open("ab+") as file:
-                file.seek(max(file.seek(0, 2) - 1, 0))
-                start = b"" if file.read(1) in (b"", b"\n") else b"\n"  # the last line may be incomplete
-                file.write(start + json.dumps({"key": key, **_LINE.dump_python(outcome)}).encode() + b"\n")
-        except OSError as error:
-            raise unwritable(self._file, error) from None
+        with writing(self.file), self.file.open("ab+") as file:
+            file.seek(max(file.seek(0, 2) - 1, 0))
+            start = b"" if file.read(1) in (b"", b"\n") else b"\n"  # the last line may be incomplete
+            file.write(start + json.dumps({"key": key, **_LINE.dump_python(outcome)}).encode() + b"\n")
 
 
 def read_outcomes(file: Path) -> dict[str, Outcome]:

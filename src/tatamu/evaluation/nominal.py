@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tatamu.base.errors import SimulationError
-from tatamu.evaluation.disturbances import NOMINAL, Scenario, disturbed_scene, hand_failure
+from tatamu.evaluation.disturbances import NOMINAL, Scenario, disturbed_hands, disturbed_scene, hand_failure
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
 from tatamu.folding.fold import Fold
 from tatamu.folding.manipulation import Manipulation
@@ -42,9 +42,10 @@ class Nominal(Evaluator):
         """Evaluate a manipulation that does not come from parameters."""
         fold, length = self.task.fold, manipulation.trajectory_length
         try:
-            if (failure := hand_failure(fold, manipulation, scenario)) is not None:
+            hands = disturbed_hands(fold, manipulation, scenario)
+            if (failure := hand_failure(hands)) is not None:
                 return failed(fold, length, failure)
-            rollout = simulate(disturbed_scene(fold, manipulation, scenario), self.task.simulator)
+            rollout = simulate(disturbed_scene(fold, manipulation, scenario, hands), self.task.simulator)
         except SimulationError as error:
             return failed(fold, length, str(error))
         final = rollout.positions[-1]

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.evaluation.array import LEVEL, orthogonal_array
+from tatamu.evaluation.array import LEVEL, check_level, orthogonal_array
 from tatamu.evaluation.disturbances import Disturbances, Scenario
 from tatamu.evaluation.disturbances.channels import CHANNELS
 from tatamu.evaluation.disturbances.scenario import deviations, scenarios_of
@@ -63,8 +63,7 @@ class Scenarios(Evaluator):
     contains_length = True
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.level <= 4.0:
-            raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
+        check_level(self.level)
 
     @cached_property
     def sample(self) -> list[Scenario]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from scipy.special import betaincinv
 
-from tatamu.base.files import read_json, validated
 from tatamu.base.records import OpenRecord
 from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.fold import Fold
@@ -35,6 +33,8 @@ class Spread(OpenRecord):
 class Success(OpenRecord):
     """In how many simulated scenarios a fold succeeds. All scenarios count."""
 
+    FORMER: ClassVar[Mapping[str, str]] = {"draws": "simulations", "held": "succeeded", "share": "rate"}
+
     simulations: int
     succeeded: int
     rate: float
@@ -43,14 +43,6 @@ class Success(OpenRecord):
     causes: dict[str, int] = Field(default_factory=dict)
     """How many scenarios failed by each cause, most frequent first."""
     mean_vertex_distance: Spread
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_former(cls, value: Any) -> Any:
-        """Read the names of version 0.2."""
-        if not isinstance(value, dict) or "simulations" in value or "held" not in value:
-            return value
-        return {**value, "simulations": value.get("draws"), "succeeded": value["held"], "rate": value.get("share")}
 
     @model_serializer(mode="wrap")
     def _with_former(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -123,6 +115,8 @@ class AloneMargin(OpenRecord):
 class MarginsRecord(OpenRecord):
     """The file `margins.json`: how large errors may be, and how often the fold succeeds with all of them at once."""
 
+    FORMER: ClassVar[Mapping[str, str]] = {"joint": "together"}
+
     version: Literal[1] = 1
     tatamu: str = ""
     simulator: str
@@ -139,19 +133,8 @@ class MarginsRecord(OpenRecord):
     """Distance between neighbouring vertices of the mesh [m]."""
     disturbances: dict[str, Any]
 
-    @model_validator(mode="before")
-    @classmethod
-    def _read_former(cls, value: Any) -> Any:
-        """Read the names of version 0.2."""
-        former = isinstance(value, dict) and "together" not in value and "joint" in value
-        return {**value, "together": value["joint"]} if former else value
-
     @model_serializer(mode="wrap")
     def _with_former(self, standard: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Write the names of version 0.2 beside, for one version."""
         plain = OpenRecord._plain(self, standard)
         return {**plain, "joint": plain["together"]}
-
-    @classmethod
-    def load(cls, path: Path) -> MarginsRecord:
-        return validated(cls, read_json(path), path)

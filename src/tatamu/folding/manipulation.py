@@ -14,7 +14,7 @@ from pydantic import Field, field_validator, model_validator
 from tatamu.base import curves
 from tatamu.base.curves import Bezier
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, validated, write_json
+from tatamu.base.files import write_json
 from tatamu.base.records import OpenRecord
 from tatamu.folding.fold import Fold
 from tatamu.simulation.scene import Index, Points
@@ -245,7 +245,7 @@ class Manipulation:
     @classmethod
     def load(cls, path: Path | str) -> Manipulation:
         """Read `manipulation.json`. Errors name the file and the field."""
-        file = validated(ManipulationFile, read_json(Path(path)), Path(path))
+        file = ManipulationFile.load(Path(path))
         try:
             return cls.of(file)
         except InputError as error:

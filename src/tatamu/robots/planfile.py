@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, read_text, validated
+from tatamu.base.files import read_text
 from tatamu.base.records import OpenRecord
 from tatamu.robots.pose import pose, turn
 from tatamu.simulation.scene import Points
@@ -209,7 +209,7 @@ class Planned:
         path = folder / "plan.json"
         if not path.exists():
             raise InputError(f"{folder}: must be the folder of a plan, but has no plan.json")
-        plan = validated(PlanFile, read_json(path), path)
+        plan = PlanFile.load(path)
         _check_events(path, plan)
         table = folder / "joint_trajectory.csv"
         times, angles = _table(table, plan.joints)

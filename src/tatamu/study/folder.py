@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
-
 from tatamu.base.errors import InputError
-from tatamu.base.files import lock_folder, read_json, validated, write_json
+from tatamu.base.files import lock_folder, write_json
 from tatamu.evaluation.success import MarginsRecord
 from tatamu.folding.manipulation import Manipulation
 from tatamu.simulation.rollout import Rollout
@@ -87,9 +85,7 @@ class ResultFolder:
     @property
     def shared_study(self) -> SharedStudyRecord | None:
         """The place of the study in a shared database; None if it is not in one."""
-        if not os.path.exists(self.shared_study_file):
-            return None
-        return validated(SharedStudyRecord, read_json(self.shared_study_file), self.shared_study_file)
+        return SharedStudyRecord.load(self.shared_study_file) if os.path.exists(self.shared_study_file) else None
 
     @property
     def has_study(self) -> bool:
@@ -104,12 +100,12 @@ class ResultFolder:
     @cached_property
     def record(self) -> ResultRecord:
         """The study and its trials."""
-        return validated(ResultRecord, read_json(self.result_file), self.result_file)
+        return ResultRecord.load(self.result_file)
 
     @cached_property
     def plan_record(self) -> PlanRecord:
         """The learned plan with several steps."""
-        return validated(PlanRecord, read_json(self.result_file), self.result_file)
+        return PlanRecord.load(self.result_file)
 
     @cached_property
     def manipulation(self) -> Manipulation:
@@ -124,17 +120,6 @@ class ResultFolder:
         """The motion of the cloth in the best trial, or in all steps of a plan, with the target in `extra`."""
         return Rollout.load(self.rollout_file)
 
-    @property
-    def target(self) -> np.ndarray:
-        """Position of each vertex after a perfect fold [m], shape (n, 3)."""
-        if "target" not in self.rollout.extra:
-            raise InputError(f"{self.rollout_file}: must contain target, the wanted shape (n, 3) of a learned fold")
-        return self.rollout.extra["target"]
-
-    def matches(self, result: ResultRecord | PlanRecord) -> bool:
-        """Return whether `result.json` exists and contains exactly this record."""
-        return self.result_file.exists() and read_json(self.result_file) == result.model_dump()
-
     def write_record(self, result: ResultRecord | PlanRecord) -> None:
         write_json(self.result_file, result.model_dump())
 
@@ -142,9 +127,6 @@ class ResultFolder:
         """Write the files of the best trial. The rollout has the `target` and the arrays of `result.MOMENTS`."""
         manipulation.save(self.manipulation_file)
         scene.save(self.scene_file)
-        self.write_rollout(rollout)
-
-    def write_rollout(self, rollout: Rollout) -> None:
         rollout.save(self.rollout_file)
 
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import shutil
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from tatamu.base.errors import InputError, TatamuError
+from tatamu.base.files import read_json
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import (
     NOMINAL,
@@ -40,7 +39,7 @@ from tatamu.simulation.side_by_side import executor_of
 from tatamu.simulation.simulators import SIMULATORS, capabilities
 from tatamu.study.folder import ResultFolder, locked
 from tatamu.study.inputs import keep_inputs, sources_of
-from tatamu.study.loop import MIN_GAIN, Progress, Study, max_trials
+from tatamu.study.loop import MIN_GAIN, Progress, Study, Tested, max_trials
 from tatamu.study.options import USUAL_PENDING, LearnOptions, TaskRequest, parse_aim
 from tatamu.study.plan import PlanResult
 from tatamu.study.record import Crossings, ResultRecord, StudyRecord, describe_task
@@ -177,10 +176,12 @@ class _Learning:
     def _whole(self, task: Task, results: Sequence[Result], folder: ResultFolder | None) -> PlanResult:
         """Return the joined result of all steps, and write the files of the whole plan that are missing."""
         whole = PlanResult.of(task, results, None if folder is None else folder.path)
-        written = folder and folder.matches(whole.record) and folder.rollout_file.exists()
-        if folder is not None and not (written and folder.report_file.exists()):
-            whole.write_whole(folder.path)
-            whole.write_report()
+        if folder is not None:
+            files = (folder.result_file, folder.rollout_file, folder.report_file)
+            present = all(file.exists() for file in files)
+            if not present or read_json(folder.result_file) != whole.record.model_dump():
+                whole.write_whole(folder.path)
+                whole.write_report()
         return whole
 
     def step(self, task: Task, folder: ResultFolder | None, first: Sequence[Parameters]) -> Result:
@@ -209,7 +210,7 @@ class _Learning:
             executor_of(self.executor, self.parallel) as executor,
         ):
             search = find_search(record.sampler)(space, record.seed, record.first)
-            study = Study(evaluator, search, store, record, executor, options.trials)
+            study = Study(evaluator, search, store, record, executor, options.trials, self.progress)
             done, most = len(study.trials), max_trials(options.trials)
             if done > most:
                 where = folder.path if folder else "the study"
@@ -222,31 +223,26 @@ class _Learning:
         """Run the remaining trials of a study, write its folder, and return its result."""
         baselines = self.options.baselines
         if study.is_over and folder and folder.complete and (study.baselines is not None or not baselines):
-            return replace(Result.load(folder.path), made_from=study.evaluator.task)
+            return replace(Result.load(folder.path), made_from=study.task)
         if folder is not None:
             folder.report_file.unlink(missing_ok=True)  # a report shows that the folder is complete
         try:
-            self.progress(study.progress())
+            study.report()
             if folder is not None:
                 study.simulate_first()
-            for stage in study.run(baselines):
-                if stage == "first":
-                    self._write_first(study, folder)
-                else:
-                    self.progress(study.progress(stage))
+            study.run(baselines, lambda first: self._write_first(study, folder, first))
             return self._finish(study, folder)
         except KeyboardInterrupt:
             if study.best() is not None and folder is not None:
                 self._finish(study, folder)
             raise
 
-    def _write_first(self, study: Study, folder: ResultFolder | None) -> None:
+    def _write_first(self, study: Study, folder: ResultFolder | None, found: Evaluation) -> None:
         """Write the result of the first initial curve, so that there is a fold to look at after seconds."""
-        found = study.first
-        if found is not None and not found.failed:
+        if not found.failed:
             trial = Trial.of(0, Proposal(found.parameters), found)
             self._result(study, folder, [trial], found)
-            self.progress(study.progress("first", trial=trial))
+            study.report("first", trial=trial)
 
     def _finish(self, study: Study, folder: ResultFolder | None) -> Result:
         """Return the result of a study whose trials have run, and write its folder."""
@@ -257,17 +253,12 @@ class _Learning:
             if folder is not None:
                 folder.write_record(self._record(study, trials))
             raise TatamuError(f"{where}all {len(trials)} trials failed; last error: {trials[-1].error}")
-        success, ends = None, None
+        tested: Tested = (None, {})
         if self.disturbances is not None:
-            self.progress(study.progress("success"))
-            success, ends = study.measure_success(
-                self.disturbances,
-                trials[best].parameters,
-                lambda done, total: self.progress(study.progress("success", done)),
-            )
+            tested = study.measure_success(self.disturbances, trials[best].parameters)
         if folder is not None:
-            self.progress(study.progress("report"))
-        return self._result(study, folder, trials, found, success, ends)
+            study.report("report")
+        return self._result(study, folder, trials, found, tested)
 
     def _result(
         self,
@@ -275,15 +266,15 @@ class _Learning:
         folder: ResultFolder | None,
         trials: list[Trial],
         found: Evaluation,
-        success: Success | None = None,
-        ends: Mapping[str, np.ndarray] | None = None,
+        tested: Tested = (None, {}),
     ) -> Result:
         """Return a result whose best trial was evaluated as `found`, and write it with its page."""
-        rollout, task = found.rollout, study.evaluator.task
+        rollout, task = found.rollout, study.task
+        success, ends = tested
         assert rollout is not None, "the best evaluation has its rollout"
         record = self._record(study, trials, rollout, success)
         manipulation = task.manipulation(record.best_trial.parameters)
-        shown = replace(rollout, extra={"target": task.fold.target, **study.moments(), **(ends or {})})
+        shown = replace(rollout, extra={"target": task.fold.target, **study.moments(), **ends})
         centre = NOMINAL if self.disturbances is None else mean_scenario(self.disturbances)
         scene = disturbed_scene(task.fold, manipulation, centre)
         result = Result(record, manipulation, scene, shown, folder.path if folder else None, task)
@@ -296,13 +287,13 @@ class _Learning:
         self, study: Study, trials: list[Trial], best: Rollout | None = None, success: Success | None = None
     ) -> ResultRecord:
         """Return the record of a study, whose best trial has the rollout `best`; None if all trials failed."""
-        task = study.evaluator.task
+        task = study.task
         return ResultRecord(
             **dict(study.record),
             tatamu=__version__,
             request=_request(task, self.options, self.disturbances, self.parallel),
             until_gain=MIN_GAIN if self.options.trials == "auto" else None,
-            bounds={name: [each.low, each.high] for name, each in study.space.bounds.items()},
+            bounds={name: [each.low, each.high] for name, each in study.search.space.bounds.items()},
             success=success,
             asked=task.asked,
             wall_seconds=round(sum(trial.seconds or 0.0 for trial in trials), 3),

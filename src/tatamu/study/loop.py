@@ -7,9 +7,9 @@ not depend on the number of processors, and a resumed one repeats the same calls
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Literal
 
@@ -18,14 +18,14 @@ import numpy as np
 from tatamu.base.errors import InputError, WorkerKilledError
 from tatamu.evaluation.disturbances import Disturbances, Stream, sample_scenarios
 from tatamu.evaluation.draws import Draws, Subject
-from tatamu.evaluation.draws import Progress as DrawsProgress
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
 from tatamu.evaluation.nominal import Nominal, refuse, unsimulated
 from tatamu.evaluation.success import Success
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Limits, vertex_distances
-from tatamu.search import Proposal, Search
+from tatamu.folding.task import Task
+from tatamu.search import Parameters, Proposal, Search
 from tatamu.study.record import StudyRecord
 from tatamu.study.result import FAILED, MOMENTS
 from tatamu.study.trial import Baseline, Trial
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 Stage = Literal["trials", "first", "baselines", "success", "report"]
 Trials = int | Literal["auto"]
+Tested = tuple[Success | None, dict[str, np.ndarray]]
+"""How often a fold succeeds, and arrays for `rollout.npz`: where the cloth ends in the first scenario of each cause of
+failure [m], shape (n, 3), named by `FAILED`. A hand that meets the table or misses the cloth moves no cloth."""
 MIN_GAIN = 0.001
 """The search ends when three proposals in a row expect a smaller gain, as a fraction of the best objective."""
 SUCCESS_SIMULATIONS = 36
@@ -83,47 +86,45 @@ def is_over(trials: Trials, made: Sequence[Proposal]) -> bool:
     return len(made) >= max_trials(trials) or (trials == "auto" and converged)
 
 
+@dataclass(eq=False)
 class Study:
     """A study that runs: an evaluator, a search and a store."""
 
-    def __init__(
-        self,
-        evaluator: Evaluator,
-        search: Search,
-        store: StudyStore,
-        record: StudyRecord,
-        executor: Executor,
-        wanted: Trials,
-    ) -> None:
+    evaluator: Evaluator
+    search: Search
+    store: StudyStore
+    record: StudyRecord
+    executor: Executor
+    wanted: Trials
+    show: Callable[[Progress], object]
+    """Is called after every new trial, and when another stage starts."""
+    _told: list[Trial] = field(default_factory=list)
+    """Trials that the search knows, a beginning of `trials`."""
+    _kept: dict[int, Evaluation] = field(default_factory=dict)
+    _first: Evaluation | None = None
+
+    def __post_init__(self) -> None:
         """Read the trials that are stored.
 
         Raises:
             InputError: If the store contains another study, or trials outside the bounds of the search.
         """
-        self.evaluator = evaluator
-        self.record = record
-        self.trials = store.open(record)
-        self.wanted = wanted
-        self.space = search.space
+        self.trials = self.store.open(self.record)
         self._stored = len(self.trials)
-        self._search = search
-        self._store = store
-        self._executor = executor
-        self._told: list[Trial] = []
-        """Trials that the search knows, a beginning of `trials`."""
-        self._kept: dict[int, Evaluation] = {}
-        self.first: Evaluation | None = None
-        """The first initial curve without disturbances, if it was simulated."""
         for trial in self.trials:
             try:
-                self.space.check(trial.parameters)
+                self.search.space.check(trial.parameters)
             except InputError as error:
-                raise InputError(f"{store.label}: trial {trial.number}: {error}; give another folder") from None
+                raise InputError(f"{self.store.label}: trial {trial.number}: {error}; give another folder") from None
+
+    @property
+    def task(self) -> Task:
+        return self.evaluator.task
 
     @property
     def baselines(self) -> list[Baseline] | None:
         """The fixed trajectories; None if they were not simulated yet."""
-        return self._store.baselines
+        return self.store.baselines
 
     @property
     def is_over(self) -> bool:
@@ -132,12 +133,14 @@ class Study:
 
     def simulate_first(self) -> None:
         """Simulate the first initial curve without disturbances, unless there are trials already."""
-        if not self.trials and self._search.first:
-            parameters = self._search.first[0]
-            self.first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
+        if not self.trials and self.search.first:
+            parameters = self.search.first[0]
+            self._first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
 
-    def run(self, baselines: bool) -> Iterator[Stage]:
-        """Make the remaining trials, and yield after each new one, and when the first is running.
+    def run(self, baselines: bool, show_first: Callable[[Evaluation], object]) -> None:
+        """Make the remaining trials, and simulate the fixed trajectories if `baselines`.
+
+        What `simulate_first` found is shown while the first trials are running.
 
         Raises:
             InputError: If the search proposes parameters out of bounds, or the evaluator returns no finite number.
@@ -155,18 +158,15 @@ class Study:
                     running.append(begun)
                     continue
                 if wanted and not more and not fixed:
-                    nominal = Nominal(self.evaluator.task)
-                    made = {name: make(nominal.task.fold) for name, (_, make) in BASELINES.items()}
-                    fixed = {
-                        name: (each, self._executor.submit(_timed_fixed, nominal, each)) for name, each in made.items()
-                    }
-                if self.first is not None and not self._told:
-                    yield "first"  # while other trials are running
-                if self._finish(*running.popleft()):
-                    yield "trials"
+                    for name, (_, make) in BASELINES.items():
+                        made = make(self.task.fold)
+                        fixed[name] = made, self.executor.submit(_timed_fixed, Nominal(self.task), made)
+                if self._first is not None and not self._told:
+                    show_first(self._first)
+                self._finish(*running.popleft())
             if fixed:
-                yield "baselines"
-                self._store.baselines = [
+                self.report("baselines")
+                self.store.baselines = [
                     Baseline.of(name, manipulation, self._result(future, f"baseline {name}", manipulation))
                     for name, (manipulation, future) in fixed.items()
                 ]
@@ -188,11 +188,11 @@ class Study:
         """Begin a trial, unless it is stored already."""
         if number < self._stored:
             proposal = self.trials[number].proposal
-            self._search.expect(proposal)
+            self.search.expect(proposal)
             return proposal, None
-        proposal = self._search.ask()
+        proposal = self.search.ask()
         try:
-            self.space.check(proposal)
+            self.search.space.check(proposal)
         except InputError as error:
             raise InputError(f"sampler: {self.record.sampler} proposed an invalid trial: {error}") from None
         return proposal, self._submit(self._ask(proposal))
@@ -200,25 +200,26 @@ class Study:
     def _ask(self, proposal: Proposal) -> Ask:
         """Return what the evaluator is asked."""
         parameters = dict(proposal)
+        if self._needs_reference:
+            return Ask(parameters)
         beat = min((each.minimised for each in self._told if each.score is not None), default=np.inf)
         count, reference = self.evaluator.scenario_count, self._reference
-        if not count:
-            return Ask(parameters, beat=beat)
-        return Ask(parameters, order_scenarios(reference, self._told, count), beat) if reference else Ask(parameters)
+        ordered = order_scenarios(reference, self._told, count) if count and reference else None
+        return Ask(parameters, ordered, beat)
 
     def _submit(self, ask: Ask, *, undisturbed: bool = False) -> Future[Evaluation]:
         """Submit an ask to the executor, unless the robot cannot carry it out. Workers do not need the robot."""
-        if self.first is not None and self.first.parameters == ask.parameters:
-            if self.first.failed or not self.evaluator.scenario_count:
-                return _done(self.first)
-        refused = refuse(self.evaluator.task, ask.parameters)
+        if self._first is not None and self._first.parameters == ask.parameters:
+            if self._first.failed or not self.evaluator.scenario_count:
+                return _done(self._first)
+        refused = refuse(self.task, ask.parameters)
         if refused is not None:
             return _done(refused)
         evaluator = self.evaluator.undisturbed if undisturbed else self.evaluator
-        return self._executor.submit(_timed, evaluator, ask)
+        return self.executor.submit(_timed, evaluator, ask)
 
-    def _finish(self, proposal: Proposal, future: Future[Evaluation] | None) -> bool:
-        """Record a trial if it is new, and tell it to the search. Return whether it is new."""
+    def _finish(self, proposal: Proposal, future: Future[Evaluation] | None) -> None:
+        """Record a trial if it is new, and tell it to the search."""
         number = len(self._told)
         if future is not None:
             found = self._result(future, f"trial {number}", proposal)
@@ -231,12 +232,13 @@ class Study:
                 # by definition, the reference fold succeeds in all scenarios that count
                 found = replace(found, objective=found.nominal)
             trial = Trial.of(number, proposal, found)
-            self._store.add(trial, self.space)
+            self.store.add(trial, self.search.space)
             self.trials.append(trial)
             self._keep(number, found)
-        self._search.tell(proposal, self.trials[number].minimised)
+        self.search.tell(proposal, self.trials[number].minimised)
         self._told.append(self.trials[number])
-        return future is not None
+        if future is not None:
+            self.report()
 
     def _result(
         self, future: Future[Evaluation], which: str, made: Mapping[str, int | float] | Manipulation
@@ -245,7 +247,7 @@ class Study:
         try:
             return future.result()
         except WorkerKilledError as error:
-            return unsimulated(self.evaluator.task, made, f"{error} (seed {self.record.seed}, {which})")
+            return unsimulated(self.task, made, f"{error} (seed {self.record.seed}, {which})")
 
     def _keep(self, number: int, found: Evaluation) -> None:
         """Keep an evaluation in memory while its rollout is needed for the result."""
@@ -262,7 +264,7 @@ class Study:
         """Return the undisturbed evaluation of a trial with its rollout, which is simulated again if need be."""
         if number not in self._kept or self._kept[number].rollout is None:
             parameters = self.trials[number].parameters
-            future = self._executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters))
+            future = self.executor.submit(_timed, self.evaluator.undisturbed, Ask(parameters))
             self._kept[number] = self._result(future, f"trial {number}", parameters)
         return self._kept[number]
 
@@ -273,46 +275,44 @@ class Study:
             best = self.best(count) if count <= len(self.trials) else None
             rollout = None if best is None else self.evaluation(best).rollout
             if rollout is not None:
-                found[name] = vertex_distances(self.evaluator.task.fold.target, rollout.positions[-1])
+                found[name] = vertex_distances(self.task.fold.target, rollout.positions[-1])
         return found
 
-    def measure_success(
-        self, disturbances: Disturbances, parameters: Mapping[str, int | float], progress: DrawsProgress
-    ) -> tuple[Success, dict[str, np.ndarray]]:
-        """Simulate a fold in scenarios that were not used to learn it.
-
-        The arrays are for `rollout.npz`: where the cloth ends in the first scenario of each cause of failure [m], shape
-        (n, 3), named by `FAILED`. A hand that meets the table or misses the cloth moves no cloth.
-        """
-        task = replace(self.evaluator.task, reach=None)
+    def measure_success(self, disturbances: Disturbances, parameters: Parameters) -> Tested:
+        """Simulate a fold in scenarios that were not used to learn it."""
+        task = replace(self.task, reach=None)
         scenarios = sample_scenarios(disturbances, SUCCESS_SIMULATIONS, self.record.seed, Stream.JUDGING)
-        draws = Draws(Subject(task, parameters), self._executor, progress=progress)
-        outcomes, limits = draws.outcomes(scenarios), Limits()
-        causes = [outcome.cause(limits) for outcome in outcomes]
-        first = {cause: causes.index(cause) for cause in causes if cause is not None}
-        simulate = Nominal(task).simulate
-        futures = {cause: self._executor.submit(simulate, parameters, scenarios[at]) for cause, at in first.items()}
-        found = {cause: self._result(each, f"scenario {first[cause]}", parameters) for cause, each in futures.items()}
-        ends = {FAILED + cause: each.rollout.positions[-1] for cause, each in found.items() if each.rollout}
-        return Success.of(task.fold, outcomes, limits), ends
+        self.report("success")
+        draws = Draws(Subject(task, parameters), self.executor, progress=lambda done, _: self.report("success", done))
+        outcomes = draws.outcomes(scenarios)
+        success = Success.of(task.fold, outcomes, Limits())
+        causes = [outcome.cause(Limits()) for outcome in outcomes]
+        simulate, ends = Nominal(task).simulate, {}
+        first = [(cause, causes.index(cause)) for cause in dict.fromkeys(causes) if cause is not None]
+        futures = [self.executor.submit(simulate, parameters, scenarios[at]) for _, at in first]
+        for (cause, at), future in zip(first, futures, strict=True):
+            rollout = self._result(future, f"scenario {at}", parameters).rollout
+            if rollout is not None:
+                ends[FAILED + cause] = rollout.positions[-1]
+        return success, ends
 
-    def progress(self, stage: Stage = "trials", simulated: int = 0, trial: Trial | None = None) -> Progress:
-        """Return how far the study is, with the best trial, or with the one that is given."""
+    def report(self, stage: Stage = "trials", simulated: int = 0, trial: Trial | None = None) -> None:
+        """Show how far the study is, with the best trial, or with the one that is given."""
         best = self.best()
         shown = trial if best is None else self.trials[best]
-        task = self.evaluator.task
-        return Progress(
+        now = Progress(
             done=len(self.trials),
             trials=max_trials(self.wanted),
             best=None if shown is None else shown.minimised,
             best_distance=None if shown is None or shown.score is None else shown.score.mean_vertex_distance,
             stage=stage,
             disturbed=self.record.disturbances is not None,
-            step=task.step[0],
-            steps=task.step[1],
-            title=task.title,
+            step=self.task.step[0],
+            steps=self.task.step[1],
+            title=self.task.title,
             simulated=simulated,
         )
+        self.show(now)
 
 
 def order_scenarios(reference: Evaluation | Trial, others: Sequence[Evaluation | Trial], count: int) -> tuple[int, ...]:

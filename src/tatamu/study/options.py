@@ -11,9 +11,9 @@ from typing import Any, Literal, Self
 
 from pydantic import ConfigDict, Field, StrictBool, StrictInt, ValidationError, model_validator
 
-from tatamu.base.errors import InputError, describe
+from tatamu.base.errors import InputError, check_range, describe
 from tatamu.base.records import Record
-from tatamu.evaluation.array import LEVEL
+from tatamu.evaluation.array import LEVEL, check_level
 from tatamu.folding.aim import Aim
 
 USUAL_PENDING = 2
@@ -120,15 +120,12 @@ class LearnOptions(Options):
                 "trials: must be a number, because only the sampler gp estimates the gain for auto, given "
                 f"{self.sampler}"
             )
-        if self.trials != "auto" and not 1 <= self.trials <= 10_000:
-            raise InputError(f"trials: must be from 1 to 10000, given {self.trials}")
-        if not 0 <= self.seed < 2**32:
-            raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {self.seed}")
-        # with more at a time, each is proposed from too few results
-        if self.parallel is not None and not 1 <= self.parallel <= 16:
-            raise InputError(f"parallel: must be from 1 to 16, given {self.parallel}")
-        if not 0.0 < self.level <= 4.0:
-            raise InputError(f"level: must be above 0 and at most 4, given {self.level:g}")
+        if self.trials != "auto":
+            check_range("trials", self.trials, 1, 10_000)
+        check_range("seed", self.seed, 0, 2**32 - 1)
+        if self.parallel is not None:
+            check_range("parallel", self.parallel, 1, 16)  # with more, each is proposed from too few results
+        check_level(self.level)
         if self.aim is not None:
             parse_aim(self.aim)
         return self

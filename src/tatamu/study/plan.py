@@ -45,7 +45,7 @@ class PlanResult:
     def write_whole(self, path: Path) -> ResultFolder:
         folder = ResultFolder(path)
         folder.result_file.unlink(missing_ok=True)  # It is written last, and then shows that the rollout belongs to it.
-        folder.write_rollout(self.rollout)
+        self.rollout.save(folder.rollout_file)
         folder.write_record(self.record)
         return folder
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -151,6 +152,7 @@ class ResultRecord(StudyRecord):
     """The file `result.json`: a study and its trials."""
 
     UNSAID: ClassVar[frozenset[str]] = StudyRecord.UNSAID | {"until_gain", "bounds", "success", "request"}
+    FORMER: ClassVar[Mapping[str, str]] = {"judged": "success"}
 
     version: Literal[1] = 1
     tatamu: str = ""
@@ -173,12 +175,6 @@ class ResultRecord(StudyRecord):
     """Those of the best trial; None if all trials failed."""
     trials: Annotated[list[Trial], Field(min_length=1)]
     baselines: list[Baseline] = Field(default_factory=list)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_former(cls, given: Any) -> Any:
-        former = isinstance(given, dict) and "success" not in given and "judged" in given
-        return {**given, "success": given["judged"]} if former else given
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -264,10 +264,12 @@ def _make_task(record: ResultRecord, folder: Path | None, start: np.ndarray) -> 
 def _check_arrays(folder: ResultFolder) -> None:
     """Check that the rollout fits the scene, that times increase, and that faces contain existing vertices."""
     rollout, file = folder.rollout, folder.rollout_file
+    if "target" not in rollout.extra:
+        raise InputError(f"{file}: must contain target, the wanted shape (n, 3) of a learned fold")
     times, faces, count = rollout.times, rollout.faces, len(folder.scene.cloth.vertices)
     arrays = {
         "positions": (rollout.positions, (len(times), count, 3)),
-        "target": (folder.target, (count, 3)),
+        "target": (rollout.extra["target"], (count, 3)),
         **{name: (rollout.extra[name], (count,)) for name in MOMENTS if name in rollout.extra},
         **{name: (ends, (count, 3)) for name, ends in rollout.extra.items() if name.startswith(FAILED)},
     }

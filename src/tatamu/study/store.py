@@ -11,9 +11,10 @@ import os
 import re
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
+from functools import cached_property, partial
 from hashlib import sha256
-from typing import Any, TypeVar
+from typing import Any
 
 import optuna
 from optuna.storages import BaseStorage, InMemoryStorage, RDBStorage
@@ -29,46 +30,44 @@ from tatamu.study.folder import ResultFolder
 from tatamu.study.record import StudyRecord
 from tatamu.study.trial import Baseline, Trial
 
-Value = TypeVar("Value")
-
 KEY = "tatamu"
 """Attribute of the Optuna study that has the `StudyRecord`, and name of the only study in a file."""
 BASELINES_KEY = "baselines"
 
 
 class StudyStore:
-    """Storage of the trials of one study."""
+    """Storage of the trials of one study, in memory."""
 
-    def __init__(self, label: str, run: Callable[..., Any], open_storage: Callable[[], BaseStorage], name: str) -> None:
-        """Prepare the storage. Nothing is opened yet.
+    label = "study"
+    """Name in messages."""
+    name = KEY
+    """Name of the study in the storage."""
+    _study: optuna.Study
 
-        `label` names it in messages, and `run` runs an operation on it and converts errors to those of tatamu.
+    @cached_property
+    def storage(self) -> BaseStorage:
+        """Optuna's storage, which is opened at its first use."""
+        return InMemoryStorage()
+
+    def run(self, operation: Callable[[], Any], done: Callable[[], bool] | None = None) -> Any:
+        """Run an operation on the storage, and convert its errors to those of tatamu.
+
+        `done` returns whether an operation that writes was completed, although its answer was lost.
         """
-        self.label = label
-        self._run = run
-        self._open_storage = open_storage
-        self._name = name
-        self._study: optuna.Study | None = None
-
-    @property
-    def _opened(self) -> optuna.Study:
-        assert self._study is not None, "the study is open"
-        return self._study
+        return operation()
 
     def load(self) -> StudyRecord | None:
         """Return the settings of the study; None if the storage contains no study of tatamu."""
-        held = self._run(self._held)
+        held = self.run(self._held)
         try:
             return None if held is None else StudyRecord.model_validate(held)
         except ValidationError as error:
             raise InputError(f"{self.label}: {describe(error)}; give another folder") from None
 
     def _held(self) -> Any:
-        storage = self._open_storage()
-        names = [each.study_name for each in optuna.get_all_study_summaries(storage)]
-        if self._name not in names:
+        if self.name not in optuna.get_all_study_names(self.storage):
             return None
-        return optuna.load_study(study_name=self._name, storage=storage).user_attrs.get(KEY)
+        return optuna.load_study(study_name=self.name, storage=self.storage).user_attrs.get(KEY)
 
     def open(self, record: StudyRecord) -> list[Trial]:
         """Open the study, or start it, and return its trials.
@@ -77,21 +76,22 @@ class StudyStore:
             InputError: If the storage is no readable study, or one with other settings.
         """
         wanted = json.loads(record.model_dump_json())
-        study = self._run(
-            lambda: optuna.create_study(
-                storage=self._open_storage(), study_name=self._name, direction="minimize", load_if_exists=True
-            )
-        )
-        held, trials = self._run(lambda: (study.user_attrs.get(KEY), study.get_trials(deepcopy=False)))
+        held, trials = self.run(self._open)
         if held is None and trials:
             raise InputError(f"{self.label}: contains a study that is not tatamu's; give another folder")
         if held is None:
-            self._run(lambda: study.set_user_attr(KEY, wanted))
+            self.run(lambda: self._study.set_user_attr(KEY, wanted))
         elif held != wanted:
             difference = _difference(held, wanted)
             raise InputError(f"{self.label}: contains another study ({difference}); give another folder")
-        self._study = study
         return [self._read(number, trial) for number, trial in enumerate(trials)]
+
+    def _open(self) -> tuple[Any, list[optuna.trial.FrozenTrial]]:
+        """Return the settings and the trials of the study, which is made if it is not there."""
+        self._study = optuna.create_study(
+            storage=self.storage, study_name=self.name, direction="minimize", load_if_exists=True
+        )
+        return self._study.user_attrs.get(KEY), self._study.get_trials(deepcopy=False)
 
     def _read(self, number: int, trial: optuna.trial.FrozenTrial) -> Trial:
         """Return a finished trial that tatamu wrote."""
@@ -115,7 +115,6 @@ class StudyStore:
 
     def add(self, trial: Trial, space: Space) -> None:
         """Add a finished trial in one transaction."""
-        study = self._opened
         frozen = create_trial(
             state=TrialState.COMPLETE,
             value=trial.minimised,
@@ -123,13 +122,13 @@ class StudyStore:
             distributions=distributions(space),
             user_attrs=trial.attributes(),
         )
-        self._run(lambda: study.add_trial(frozen), lambda: len(study.get_trials(deepcopy=False)) > trial.number)
+        stored = partial(self._study.get_trials, deepcopy=False)
+        self.run(lambda: self._study.add_trial(frozen), lambda: len(stored()) > trial.number)
 
     @property
     def baselines(self) -> list[Baseline] | None:
         """The fixed trajectories; None if they were not scored yet."""
-        study = self._opened
-        held = self._run(lambda: study.user_attrs.get(BASELINES_KEY))
+        held = self.run(lambda: self._study.user_attrs.get(BASELINES_KEY))
         try:
             return None if held is None else [Baseline.model_validate(baseline) for baseline in held]
         except (ValidationError, TypeError):
@@ -137,39 +136,60 @@ class StudyStore:
 
     @baselines.setter
     def baselines(self, value: Sequence[Baseline]) -> None:
-        study = self._opened
         plain = [baseline.model_dump() for baseline in value]
-        self._run(lambda: study.set_user_attr(BASELINES_KEY, plain))
+        self.run(lambda: self._study.set_user_attr(BASELINES_KEY, plain))
 
 
-@contextmanager
-def file_store(folder: ResultFolder) -> Iterator[StudyStore]:
-    """Yield the storage in the file `study.db` of a folder, until the `with` block ends."""
-    label = str(folder.study_file)
-    opened: list[RDBStorage] = []
+class FileStore(StudyStore):
+    """Storage in the file `study.db` of a folder."""
 
-    def connect() -> sqlite3.Connection:  # a path may have characters that mean something in a URL, such as ? and %41
-        return sqlite3.connect(folder.study_file, check_same_thread=False)
+    def __init__(self, folder: ResultFolder) -> None:
+        self._file = folder.study_file
+        self.label = str(self._file)
 
-    def open_storage() -> BaseStorage:
-        if not opened:
-            opened.append(RDBStorage("sqlite:///study.db", engine_kwargs={"creator": connect}))
-        return opened[0]
+    @cached_property
+    def storage(self) -> RDBStorage:
+        # a path may have characters that mean something in a URL, such as ? and %41
+        connect = partial(sqlite3.connect, self._file, check_same_thread=False)
+        return RDBStorage("sqlite:///study.db", engine_kwargs={"creator": connect})
 
-    def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value:
+    def run(self, operation: Callable[[], Any], done: Callable[[], bool] | None = None) -> Any:
         try:
             return operation()
         except (InputError, UnavailableError):
             raise
         except Exception as error:  # damaged files and other versions of Optuna can cause any error
-            raise _file_error(label, error) from None
+            raise _file_error(self.label, error) from None
 
-    try:
-        yield StudyStore(label, run, open_storage, KEY)
-    finally:
-        for storage in opened:
-            storage.remove_session()
-            storage.engine.dispose()
+    def close(self) -> None:
+        if "storage" in vars(self):
+            self.storage.remove_session()
+            self.storage.engine.dispose()
+
+
+class SharedStore(StudyStore):
+    """Storage in a shared database."""
+
+    def __init__(self, database: SharedDatabase, name: str) -> None:
+        self._database = database
+        self.name = name
+        self.label = f"{database.address}: {name}"
+
+    @property
+    def storage(self) -> RDBStorage:
+        return self._database.storage
+
+    def run(self, operation: Callable[[], Any], done: Callable[[], bool] | None = None) -> Any:
+        try:
+            return self._database.run(operation, done)
+        except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
+            reason = " ".join(str(error).split())
+            raise InputError(f"{self.label}: is not a readable Optuna study ({reason})") from None
+
+
+def file_store(folder: ResultFolder) -> AbstractContextManager[FileStore]:
+    """Return the storage in the file `study.db` of a folder, which a `with` block closes."""
+    return closing(FileStore(folder))
 
 
 def _file_error(label: str, error: BaseException) -> Exception:
@@ -193,19 +213,6 @@ def _file_error(label: str, error: BaseException) -> Exception:
     return InputError(f"{label}: is not a readable Optuna study ({reason}); remove the file, or give another folder")
 
 
-def shared_store(database: SharedDatabase, name: str) -> StudyStore:
-    """Return the storage of a study in a shared database."""
-
-    def run(operation: Callable[[], Value], done: Callable[[], bool] | None = None) -> Value | None:
-        try:
-            return database.run(operation, done)
-        except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
-            reason = " ".join(str(error).split())
-            raise InputError(f"{database.address}: {name}: is not a readable Optuna study ({reason})") from None
-
-    return StudyStore(f"{database.address}: {name}", run, lambda: database.storage, name)
-
-
 @contextmanager
 def held_store(
     folder: ResultFolder | None, database: SharedDatabase | None, record: StudyRecord
@@ -217,8 +224,7 @@ def held_store(
         UnavailableError: If the database does not answer, or another client has locked the study.
     """
     if folder is None:
-        storage = InMemoryStorage()
-        yield StudyStore("study", lambda operation, done=None: operation(), lambda: storage, KEY)
+        yield StudyStore()
         return
     kept = _shared_name(folder, database)
     if database is None:
@@ -230,7 +236,7 @@ def held_store(
     try:
         if kept is None:
             write_json(folder.shared_study_file, {"version": 1, "storage": database.address, "name": name})
-        yield shared_store(database, name)
+        yield SharedStore(database, name)
     finally:
         database.release(name)
 
@@ -245,7 +251,7 @@ def load_settings(folder: ResultFolder | None, database: SharedDatabase | None) 
         return None
     kept = _shared_name(folder, database)
     if database is not None and kept is not None:
-        return shared_store(database, kept).load()
+        return SharedStore(database, kept).load()
     if database is None and os.path.exists(folder.study_file):  # a name may be too long for the disk
         with file_store(folder) as store:
             return store.load()

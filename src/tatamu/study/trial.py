@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
@@ -46,6 +47,18 @@ class Scored(OpenRecord):
         return {**plain, **measures, **own}
 
 
+def _found(found: Evaluation) -> dict[str, Any]:
+    """Return the fields that trials and fixed trajectories have of an evaluation."""
+    return {
+        "state": "failed" if found.failed else "complete",
+        "error": found.error,
+        "objective": found.nominal,
+        "trajectory_length": found.trajectory_length,
+        "score": found.score,
+        "seconds": round(found.seconds, 3),
+    }
+
+
 class ScenarioCount(OpenRecord):
     """In how many scenarios a trial was simulated, and in how many of them the fold succeeds."""
 
@@ -57,6 +70,7 @@ class Trial(Scored):
     """One evaluation of a study, as `result.json` has it."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"expected_gain", "scenarios", "value"})
+    FORMER: ClassVar[Mapping[str, str]] = {"expected_objective": "value"}
 
     number: Index
     state: Literal["complete", "failed"]
@@ -72,12 +86,6 @@ class Trial(Scored):
     failed_in: list[Index] = Field(default_factory=list, exclude=True)
     """Indices of the scenarios in which the fold fails. Only the database has them."""
 
-    @model_validator(mode="before")
-    @classmethod
-    def _read_former(cls, given: Any) -> Any:
-        former = isinstance(given, dict) and "value" not in given and "expected_objective" in given
-        return {**given, "value": given["expected_objective"]} if former else given
-
     @property
     def minimised(self) -> float:
         value = self.objective if self.value is None else self.value
@@ -86,17 +94,11 @@ class Trial(Scored):
 
     @classmethod
     def of(cls, number: int, proposal: Proposal, found: Evaluation) -> Self:
-        failures = len(found.failed_in)
-        tried = ScenarioCount(simulated=found.scenarios, succeeded=found.scenarios - failures)
+        tried = ScenarioCount(simulated=found.scenarios, succeeded=found.scenarios - len(found.failed_in))
         return cls(
+            **_found(found),
             number=number,
-            state="failed" if found.failed else "complete",
-            error=found.error,
             parameters=dict(proposal),
-            objective=found.nominal,
-            trajectory_length=found.trajectory_length,
-            score=found.score,
-            seconds=round(found.seconds, 3),
             expected_gain=proposal.gain,
             scenarios=tried if found.scenarios else None,
             value=None if found.objective == found.nominal else found.objective,
@@ -138,14 +140,5 @@ class Baseline(Scored):
 
     @classmethod
     def of(cls, name: str, manipulation: Manipulation, found: Evaluation) -> Self:
-        return cls(
-            name=name,
-            title=BASELINES[name][0],
-            objective=found.nominal,
-            trajectory_length=found.trajectory_length,
-            score=found.score,
-            state="failed" if found.failed else "complete",
-            error=found.error,
-            seconds=round(found.seconds, 3),
-            path=manipulation.paths[0][:: max(1, len(manipulation.paths[0]) // 100)],
-        )
+        path = manipulation.paths[0]
+        return cls(**_found(found), name=name, title=BASELINES[name][0], path=path[:: max(1, len(path) // 100)])

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, validated, write_json
+from tatamu.base.files import write_json
 from tatamu.base.records import OpenRecord
 from tatamu.base.version import __version__
 from tatamu.study.folder import ResultFolder
@@ -85,7 +85,7 @@ class SweepFolder:
         """
         if not self.file.exists():
             return []
-        return validated(SweepRecord, read_json(self.file), self.file).tasks
+        return SweepRecord.load(self.file).tasks
 
     def write(self, records: Sequence[TaskRecord]) -> None:
         """Write `sweep.json`."""

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_json, read_toml, validated
+from tatamu.base.files import read_toml, validated
 from tatamu.base.records import OpenRecord, Record
 from tatamu.folding.fold import Fold
 from tatamu.folding.marks import MARKS
@@ -70,11 +70,6 @@ class MeasuredFold(OpenRecord):
         if not names and self.held:
             raise ValueError("measured must contain at least one number, unless the fold failed")
         return self
-
-    @classmethod
-    def load(cls, path: Path) -> MeasuredFold:
-        """Read `observed/N.json`."""
-        return validated(cls, read_json(path), path)
 
 
 class Template(Record):

@@ -14,20 +14,11 @@ from tatamu.after.feedback.measured import RULER_SOURCE
 from tatamu.after.feedback.observe import Feedback
 from tatamu.after.feedback.photo import draw_explained, simulated
 from tatamu.after.feedback.posterior import Fold
-from tatamu.after.feedback.texts import (
-    BEYOND,
-    MARK_TITLES,
-    NOTHING,
-    again,
-    by_gain,
-    deviation,
-    shift_text,
-    shown,
-    title,
-)
+from tatamu.after.feedback.texts import BEYOND, MARK_TITLES, NOTHING, again, by_gain, shift_text
 from tatamu.base.files import write_text
 from tatamu.cameras.pictures import write_picture
 from tatamu.cameras.reading import FoldReading
+from tatamu.evaluation.disturbances.channels import channel_of
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.marks import MARKS
 from tatamu.folding.score import Limits
@@ -73,11 +64,14 @@ def page(found: Feedback) -> str:
         photos=_photos(found),
         folds=[(number, _rows(found, fold)) for number, fold in enumerate(found.folds, start=1)],
         told=[
-            (title(name), deviation(name, before), deviation(name, after), shown(name, mean))
-            for name, mean, before, after in by_gain(found)
+            (error.title, error.spread(before), error.spread(after), error.text(mean))
+            for error, mean, before, after in by_gain(found)
         ],
-        alike=[(title(each.one), title(each.other), f"{each.correlation:+.2f}") for each in posterior.alike()],
-        undetermined=[title(name) for name in posterior.undetermined()],
+        alike=[
+            (channel_of(each.one).title, channel_of(each.other).title, f"{each.correlation:+.2f}")
+            for each in posterior.alike()
+        ],
+        undetermined=[channel_of(name).title for name in posterior.undetermined()],
         hands=[(hand, shift_text(shift)) for hand, shift in zip(HANDS, correction.shifts, strict=False)],
         expected=_expected(found),
     )
@@ -136,7 +130,7 @@ def _mm(value: float) -> str:
 def _told(found: Feedback) -> Plot:
     """Return a chart of means and standard deviations, both divided by the standard deviation before."""
     told = by_gain(found)[::-1]
-    names = [title(name) for name, *_ in told]
+    names = [error.title for error, *_ in told]
     means = [mean / before for _, mean, before, _ in told]
     spread = [after / before for *_, before, after in told]
     end = 0.2 + max([1.0, *(abs(mean) + each for mean, each in zip(means, spread, strict=True))])

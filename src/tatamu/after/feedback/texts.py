@@ -8,8 +8,7 @@ import numpy as np
 
 from tatamu.after.feedback.correction import MIN_SHIFT, Correction, Expected
 from tatamu.after.feedback.observe import Feedback
-from tatamu.after.margins.texts import TITLES, amount
-from tatamu.evaluation.disturbances import CHANNELS
+from tatamu.evaluation.disturbances.channels import Channel, channel_of
 from tatamu.folding.manipulation import HANDS, HandShift
 from tatamu.folding.marks import MARKS
 from tatamu.study.result import Result
@@ -22,30 +21,14 @@ MARK_TITLES = {
     "slip_along": "lower hem, along",
     "slip_across": "lower hem, across",
 }
-UNITS = {channel.name: channel.unit for channel in CHANNELS}
 BEYOND = "too far from all simulated scenarios and left out; check the grasp and the numbers, and measure again"
 NOTHING = f"nothing to correct: no expected error moves a hand by {1e3 * MIN_SHIFT:.1f} mm"
 
 
-def shown(name: str, value: float) -> str:
-    """Return the value of a disturbance with its sign and unit. A factor is shown as a relative change."""
-    return amount(value, UNITS[name])
-
-
-def deviation(name: str, value: float) -> str:
-    """Return the standard deviation of a disturbance with its unit."""
-    return amount(value, UNITS[name]).lstrip("+")
-
-
-def title(name: str) -> str:
-    """Return what a positive value of a disturbance means."""
-    return TITLES.get(name, name)
-
-
-def by_gain(found: Feedback) -> list[tuple[str, float, float, float]]:
-    """Return name, mean, and deviations before and after, of each systematic error; what became surest comes first."""
+def by_gain(found: Feedback) -> list[tuple[Channel, float, float, float]]:
+    """Return the mean, and deviations before and after, of each systematic error; what became surest comes first."""
     means = dict(zip(found.posterior.names, found.posterior.mean, strict=True))
-    rows = [(name, float(means[name]), before, after) for name, before, after in found.posterior.deviations]
+    rows = [(channel_of(name), float(means[name]), before, after) for name, before, after in found.posterior.deviations]
     return sorted(rows, key=lambda row: row[3] / row[2])
 
 
@@ -76,14 +59,15 @@ def posterior_lines(found: Feedback) -> Iterator[str]:
     if not posterior.used:
         return
     undetermined = posterior.undetermined()
-    determined = [row for row in by_gain(found) if row[0] not in undetermined]
+    determined = [row for row in by_gain(found) if row[0].name not in undetermined]
     listed = 4  # at most
-    for name, mean, before, after in determined[:listed]:
-        yield f"{title(name)}: {shown(name, mean)}, σ {deviation(name, after)} (before {deviation(name, before)})"
+    for error, mean, before, after in determined[:listed]:
+        yield f"{error.title}: {error.text(mean)}, σ {error.spread(after)} (before {error.spread(before)})"
     for pair in posterior.alike()[:listed]:
-        yield f"cannot be told apart: {title(pair.one)} and {title(pair.other)} (correlation {pair.correlation:+.2f})"
+        one, other = channel_of(pair.one), channel_of(pair.other)
+        yield f"cannot be told apart: {one.title} and {other.title} (correlation {pair.correlation:+.2f})"
     if undetermined:
-        yield f"not determined: {', '.join(title(name) for name in undetermined)}"
+        yield f"not determined: {', '.join(channel_of(name).title for name in undetermined)}"
     if sentence := again(found):
         yield sentence
 

@@ -10,11 +10,10 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tatamu.base.errors import InputError
+from tatamu.base.errors import InputError, check_range
 from tatamu.base.version import __version__
 from tatamu.evaluation.disturbances import (
     CHANNELS,
-    NOMINAL,
     Channel,
     Disturbances,
     Scenario,
@@ -33,29 +32,6 @@ from tatamu.study.result import Result
 
 MAX_DEVIATIONS = 3.0
 """Largest disturbance that is tried, in deviations. Larger ones occur once in 400 folds."""
-
-
-@dataclass(frozen=True)
-class Side:
-    """One direction of one disturbance, from its mean."""
-
-    channel: Channel
-    deviation: float
-    sign: float
-    centre: Scenario = NOMINAL
-
-    def scenario(self, deviations: float) -> Scenario:
-        """Return the scenario in which only this disturbance differs from its mean."""
-        return Scenario({**self.centre.values, self.channel.name: self._value(deviations)})
-
-    def shown(self, deviations: float) -> float:
-        """Return a disturbance as files have it."""
-        return self.channel.shown(self._value(deviations))
-
-    def _value(self, deviations: float) -> float:
-        return self.centre[self.channel.name] + self.sign * deviations * self.deviation
-
-
 DRAWS = 200
 KEPT = "simulated.jsonl"
 """Name of the file in which outcomes are kept."""
@@ -126,10 +102,8 @@ def measure(
         InputError: If an argument is out of range.
     """
     limits = limits or Limits()
-    if not 1 <= draws <= 100_000:
-        raise InputError(f"draws: must be from 1 to 100000, given {draws}")
-    if not 0 <= seed < 2**32:
-        raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
+    check_range("draws", draws, 1, 100_000)
+    check_range("seed", seed, 0, 2**32 - 1)
     if not (known := deviations(disturbances)):
         raise InputError("disturbances: must have a deviation above 0, given none")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
@@ -142,9 +116,7 @@ def measure(
         nominal, *found = simulated.outcomes([centre, *scenarios])
         success = Success.of(task.fold, found, limits)
         together(success)
-        channels = [channel for channel in CHANNELS if channel.name in known] if alone else []
-        sides = [Side(channel, known[channel.name], sign, centre) for channel in channels for sign in (-1.0, 1.0)]
-        ends = _bisect(sides, simulated, limits) if limits.hold(nominal) else [0.0] * len(sides)
+        ranges = _ranges(known, centre, nominal, simulated, limits) if alone else []
     distances = distances_of(task.fold, found)
     ranked = [
         Draw(number, scenario, outcome, distance)
@@ -159,7 +131,7 @@ def measure(
             seed=seed,
             limits=limits,
             undisturbed=nominal.mean_vertex_distance,
-            alone=_alone(sides, ends),
+            alone=ranges,
             together=success,
             moving_vertex_distance=Spread.of(distances_of(task.fold, found, moving=True)),
             simulations=simulated.simulations,
@@ -170,14 +142,53 @@ def measure(
     )
 
 
-def _bisect(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[float | None]:
+@dataclass(frozen=True)
+class _Side:
+    """One direction of one disturbance, from its mean."""
+
+    channel: Channel
+    mean: float
+    step: float
+    """One standard deviation in this direction."""
+
+    def value(self, deviations: float) -> float:
+        return self.mean + deviations * self.step
+
+    def shown(self, deviations: float) -> float:
+        """Return a disturbance as files have it."""
+        return self.channel.shown(self.value(deviations))
+
+
+def _ranges(
+    known: Mapping[str, float], centre: Scenario, nominal: Outcome, draws: Draws, limits: Limits
+) -> list[AloneMargin]:
+    """Return the range of each disturbance with a known deviation, while the others stay as in `centre`."""
+    channels = [channel for channel in CHANNELS if channel.name in known]
+    sides = [_Side(each, centre[each.name], sign * known[each.name]) for each in channels for sign in (-1.0, 1.0)]
+    ends = _bisect(sides, centre, draws, limits) if limits.hold(nominal) else [0.0] * len(sides)
+    return [
+        AloneMargin(
+            name=above.channel.name,
+            unit=above.channel.unit,
+            low=low,
+            high=high,
+            deviation=above.step,
+            mean=above.mean,
+            tried=(below.shown(MAX_DEVIATIONS), above.shown(MAX_DEVIATIONS)),
+        )
+        for below, above, low, high in zip(sides[::2], sides[1::2], ends[::2], ends[1::2], strict=True)
+    ]
+
+
+def _bisect(sides: Sequence[_Side], centre: Scenario, draws: Draws, limits: Limits) -> list[float | None]:
     """Find the largest disturbance of each side at which the fold still succeeds; None if it does at the largest tried.
 
     All sides are bisected at the same time, so that their simulations run side by side.
     """
 
     def succeed(tried: Mapping[int, float]) -> list[bool]:
-        scenarios = [sides[index].scenario(deviations) for index, deviations in tried.items()]
+        moved = [(sides[index].channel.name, sides[index].value(deviations)) for index, deviations in tried.items()]
+        scenarios = [Scenario({**centre.values, name: value}) for name, value in moved]
         return [limits.hold(outcome) for outcome in draws.outcomes(scenarios)]
 
     low, high = [0.0] * len(sides), [MAX_DEVIATIONS] * len(sides)
@@ -187,19 +198,3 @@ def _bisect(sides: Sequence[Side], draws: Draws, limits: Limits) -> list[float |
         for (index, middle), succeeds in zip(middles.items(), succeed(middles), strict=True):
             (low if succeeds else high)[index] = middle
     return [None if reached else side.shown(end) for side, end, reached in zip(sides, low, beyond, strict=True)]
-
-
-def _alone(sides: Sequence[Side], ends: Sequence[float | None]) -> list[AloneMargin]:
-    pairs = zip(sides[::2], sides[1::2], ends[::2], ends[1::2], strict=True)
-    return [
-        AloneMargin(
-            name=below.channel.name,
-            unit=below.channel.unit,
-            low=low,
-            high=high,
-            deviation=below.deviation,
-            mean=below.centre[below.channel.name],
-            tried=(below.shown(MAX_DEVIATIONS), above.shown(MAX_DEVIATIONS)),
-        )
-        for below, above, low, high in pairs
-    ]

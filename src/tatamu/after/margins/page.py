@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from tatamu.after.margins.measurement import Draw, Measured
-from tatamu.after.margins.texts import TITLES, amount, by_sureness, deviations, reach, simulated
+from tatamu.after.margins.texts import by_sureness, deviations, reach, simulated
+from tatamu.after.margins.texts import rows as range_rows
 from tatamu.base.errors import SimulationError
 from tatamu.base.files import write_text
-from tatamu.evaluation.disturbances import Channel, disturbed_scene
+from tatamu.evaluation.disturbances import disturbed_scene
+from tatamu.evaluation.disturbances.channels import channel_of
 from tatamu.evaluation.draws import Subject
 from tatamu.evaluation.outcome import HELP
 from tatamu.evaluation.success import AloneMargin, MarginsRecord
@@ -68,10 +70,7 @@ def page(measured: Measured) -> str:
         title=title(measured.learned),
         result=result,
         tone=result.together.tone,
-        rows=[
-            (TITLES.get(m.name, m.name), amount(m.deviation, m.unit).lstrip("+"), *reach(m))
-            for m in by_sureness(result)
-        ],
+        rows=range_rows(result),
         worst=[_described(measured, draw) for draw in measured.draws[: 2 * REPLAYED]],
         fold=measured.learned,
         simulated=simulated(result),
@@ -86,7 +85,7 @@ def _tornado(result: MarginsRecord) -> Plot:
     """
     margins = by_sureness(result)[::-1]
     most = 1.0 + max((deviations(margin, margin.tried[1]) for margin in margins), default=1.0)
-    names = [TITLES.get(margin.name, margin.name) for margin in margins]
+    names = [channel_of(margin.name).title for margin in margins]
     data = [_bars(margins, names, sign, most) for sign in (-1.0, 1.0)]
     bounds = [line("x", at, colour="@line") for at in (-2.0, 2.0)]
     return traces(
@@ -137,19 +136,14 @@ def _histogram(measured: Measured) -> Chart:
 
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
     """Return a draw's number, a description of its result, and its largest disturbances, for the page."""
-    known = {margin.name: margin for margin in measured.result.alone}
-    off = {name: abs(draw.scenario[name] - margin.mean) / margin.deviation for name, margin in known.items()}
-    ranked = sorted(known.values(), key=lambda margin: -off[margin.name])
-    chief = [
-        f"{TITLES.get(margin.name, margin.name)}: "
-        + amount(Channel(margin.name, margin.unit).shown(draw.scenario[margin.name]), margin.unit)
-        for margin in ranked[:3]  # the largest ones
-    ]
+    off = {each.name: abs(draw.scenario[each.name] - each.mean) / each.deviation for each in measured.result.alone}
+    channels = [channel_of(name) for name in sorted(off, key=lambda name: -off[name])]
+    values = [(channel, channel.shown(draw.scenario[channel.name])) for channel in channels[:3]]  # the largest ones
     end = draw.outcome.error or f"{1e3 * draw.distance:.1f} mm, IoU {draw.outcome.mask_iou:.2f}"
     cause = draw.outcome.cause(measured.result.limits)
     if cause is not None and draw.outcome.error is None:
         end = f"{cause}: {end}"
-    return draw.number, end, "; ".join(chief)
+    return draw.number, end, "; ".join(f"{channel.title}: {channel.text(value)}" for channel, value in values)
 
 
 def _replayed(measured: Measured) -> list[Replayed]:

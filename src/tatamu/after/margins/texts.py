@@ -1,89 +1,13 @@
-"""Texts that describe disturbances and margins, for the page, and the table and summary on a terminal."""
+"""Texts on margins, for the page, and the table and summary on a terminal."""
 
 from __future__ import annotations
 
 import numpy as np
 from rich.table import Table
 
+from tatamu.evaluation.disturbances.channels import channel_of
 from tatamu.evaluation.outcome import HELP
 from tatamu.evaluation.success import AloneMargin, MarginsRecord, Spread
-
-TITLES = {
-    "hands.offset.along": "both hands too far along the fold",
-    "hands.offset.across": "both hands too far to the left",
-    "hands.offset.up": "both hands too high",
-    "hands.difference.along": "left hand farther along than the right",
-    "hands.difference.across": "hands too far apart",
-    "hands.difference.up": "left hand higher than the right",
-    "hands.yaw": "pair of hands turned",
-    "hands.opening_delay": "left hand opens after the right",
-    "hands.speed": "hands too fast",
-    "grasp.along.left": "left grasp too far along the edge",
-    "grasp.along.right": "right grasp too far along the edge",
-    "grasp.into.left": "left grasp too far in",
-    "grasp.into.right": "right grasp too far in",
-    "cloth.place.along": "cloth too far along the fold",
-    "cloth.place.across": "cloth too far to the left",
-    "cloth.yaw": "cloth turned",
-    "table.height": "table too high",
-    "material.areal_density": "cloth heavier",
-    "material.stretch_stiffness": "stiffer to stretch",
-    "material.poisson_ratio": "greater Poisson ratio",
-    "material.compression": "stiffer to compress",
-    "material.bending_rigidity": "stiffer to bend",
-    "material.thickness": "thicker",
-    "material.friction_table": "more friction on the table",
-    "material.friction_cloth": "more friction on cloth",
-    "material.air_drag": "more air drag",
-    "material.air_drag_normal": "more air drag along the normal",
-    "material.air_drag_tangential": "more air drag along the surface",
-    "material.air_drag_quadratic": "more quadratic air drag along the normal",
-    "material.air_drag_quadratic_tangential": "more quadratic air drag along the surface",
-    "material.stretch_stiffness_weft": "stiffer to stretch along the weft",
-    "material.shear_stiffness": "stiffer to shear",
-    "material.bending_rigidity_weft": "stiffer to bend along the weft",
-    "material.bending_rigidity_bias": "stiffer to bend along the bias",
-    "material.bending_hysteresis": "more hysteresis of bending",
-    "material.bending_rigidity_initial": "stiffer to bend at first",
-    "material.air_drag_turning": "more air drag after turning around",
-    "material.air_added_mass": "more air carried along",
-}
-"""Texts that say what a positive value of each disturbance means."""
-SHOWN = {"m": (1e3, "mm"), "rad": (180.0 / np.pi, "°"), "s": (1e3, "ms"), "1": (100.0, "%")}
-"""Units in which readers see values, by the units in files.
-
-Each entry has the factor that converts a value, and the name of the unit for readers.
-"""
-
-
-def amount(value: float, unit: str) -> str:
-    """Return the value of a disturbance with its sign and unit, as text."""
-    scale, name = SHOWN[unit]
-    space = "" if name == "°" else " "
-    return f"{scale * value:+.3g}".replace("-", "−") + space + name
-
-
-def reach(margin: AloneMargin) -> tuple[str, str]:
-    """Return the lowest and the highest tolerated value of a disturbance, as two texts."""
-    return _side(margin.low, margin.tried[0], margin.unit), _side(margin.high, margin.tried[1], margin.unit)
-
-
-def _side(end: float | None, tried: float, unit: str) -> str:
-    return f"beyond {amount(tried, unit)}" if end is None else amount(end, unit)
-
-
-def simulated(margins: MarginsRecord) -> str:
-    """Return how many simulations were made, and on which mesh."""
-    mesh = "" if margins.spacing is None else f" on a mesh of {1e3 * margins.spacing:.3g} mm"
-    return f"{margins.simulations} simulations in {margins.simulator}{mesh}"
-
-
-def sureness(margin: AloneMargin) -> float:
-    """Return the smaller of the two ranges of a disturbance, below and above its mean, in standard deviations.
-
-    The result is infinite if the fold succeeds at all tried values.
-    """
-    return min(deviations(margin, end) for end in (margin.low, margin.high))
 
 
 def deviations(margin: AloneMargin, end: float | None) -> float:
@@ -94,9 +18,31 @@ def deviations(margin: AloneMargin, end: float | None) -> float:
     return float(abs(value - margin.mean) / margin.deviation)
 
 
+def sureness(margin: AloneMargin) -> float:
+    """Return the smaller of the two ranges of a disturbance, below and above its mean, in standard deviations.
+
+    The result is infinite if the fold succeeds at all tried values.
+    """
+    return min(deviations(margin, end) for end in (margin.low, margin.high))
+
+
 def by_sureness(margins: MarginsRecord) -> list[AloneMargin]:
     """Return the ranges of the disturbances, the smallest first."""
     return sorted(margins.alone, key=sureness)
+
+
+def reach(margin: AloneMargin) -> tuple[str, str]:
+    """Return the lowest and the highest tolerated value of a disturbance, as two texts."""
+    text = channel_of(margin.name).text
+    pairs = zip((margin.low, margin.high), margin.tried, strict=True)
+    low, high = (f"beyond {text(tried)}" if end is None else text(end) for end, tried in pairs)
+    return low, high
+
+
+def rows(margins: MarginsRecord) -> list[tuple[str, str, str, str]]:
+    """Return title, deviation, and lowest and highest tolerated value of each disturbance, the smallest range first."""
+    named = [(channel_of(margin.name), margin) for margin in by_sureness(margins)]
+    return [(channel.title, channel.spread(margin.deviation), *reach(margin)) for channel, margin in named]
 
 
 def table(margins: MarginsRecord) -> Table:
@@ -108,11 +54,15 @@ def table(margins: MarginsRecord) -> Table:
     out.add_column("disturbance", ratio=1)
     for name in ("σ", "from", "to"):
         out.add_column(name, justify="right", no_wrap=True)
-    for margin in by_sureness(margins):
-        low, high = reach(margin)
-        sigma = amount(margin.deviation, margin.unit).lstrip("+")
-        out.add_row(TITLES.get(margin.name, margin.name), sigma, low, high)
+    for row in rows(margins):
+        out.add_row(*row)
     return out
+
+
+def simulated(margins: MarginsRecord) -> str:
+    """Return how many simulations were made, and on which mesh."""
+    mesh = "" if margins.spacing is None else f" on a mesh of {1e3 * margins.spacing:.3g} mm"
+    return f"{margins.simulations} simulations in {margins.simulator}{mesh}"
 
 
 def summary(margins: MarginsRecord) -> str:

@@ -9,6 +9,7 @@ from tatamu.evaluation.disturbances.description import load_disturbances as load
 from tatamu.evaluation.disturbances.description import read_disturbances as read_disturbances
 from tatamu.evaluation.disturbances.description import require_disturbances as require_disturbances
 from tatamu.evaluation.disturbances.description import with_calibrated as with_calibrated
+from tatamu.evaluation.disturbances.disturbed import disturbed_hands as disturbed_hands
 from tatamu.evaluation.disturbances.disturbed import disturbed_scene as disturbed_scene
 from tatamu.evaluation.disturbances.disturbed import hand_errors as hand_errors
 from tatamu.evaluation.disturbances.disturbed import hand_failure as hand_failure

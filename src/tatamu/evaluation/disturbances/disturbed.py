@@ -6,6 +6,7 @@ simulated as hands that are too low, and displaced cloth as displaced hands.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,17 +32,47 @@ SIDES = (("left", 1.0), ("right", -1.0))
 """Hands, each with the sign with which half of `hands.difference` is added to its position."""
 
 
-def disturbed_scene(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> Scene:
+@dataclass(frozen=True)
+class DisturbedHand:
+    """A hand in a scenario."""
+
+    carry: Carry | None
+    """Its motion; None if the hand holds nothing."""
+    failure: str | None
+    """Why the hand fails, if this is known without a simulation; None if it does not fail."""
+
+
+def disturbed_hands(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> list[DisturbedHand]:
+    """Return the hands of a manipulation in a scenario, or none if nothing is disturbed.
+
+    A corrected manipulation may send a hand to a point next to its vertex, where it then closes. A hand that grasps
+    next to the cloth holds nothing, and one that is commanded too far below the table stops.
+    """
+    aims = np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
+    if scenario.is_nominal and not aims.any():
+        return []
+    planned = enumerate(zip(carries_of(fold, manipulation), aims, strict=True))
+    return [_hand(fold, manipulation, scenario, number, usual, aim) for number, (usual, aim) in planned]
+
+
+def hand_failure(hands: Sequence[DisturbedHand]) -> str | None:
+    """Return why the first hand that fails does; None if none fails."""
+    return next((hand.failure for hand in hands if hand.failure is not None), None)
+
+
+def disturbed_scene(
+    fold: Fold, manipulation: Manipulation, scenario: Scenario, hands: Sequence[DisturbedHand] | None = None
+) -> Scene:
     """Return the scene of a manipulation in a scenario. Without disturbances, it is that of `scene_of`.
 
-    A corrected manipulation may send a hand to a point next to its vertex, where it then closes.
+    `hands` are those of `disturbed_hands`, if they are known already.
 
     Raises:
         SimulationError: If both hands would grasp the same point.
     """
-    if scenario.is_nominal and not _aims_beside(fold, manipulation).any():
+    hands = disturbed_hands(fold, manipulation, scenario) if hands is None else hands
+    if not hands:
         return scene_of(fold, manipulation)
-    hands = [_hand(fold, manipulation, scenario, number) for number in range(len(manipulation.grasps))]
     held = [hand.carry for hand in hands if hand.carry is not None]
     slower = manipulation.timing.opens + manipulation.move_seconds * (1.0 / scenario.factor("hands.speed") - 1.0)
     ends = round(max([slower, *(carry.opens for carry in held)]) + manipulation.settle, 9)
@@ -49,25 +80,6 @@ def disturbed_scene(fold: Fold, manipulation: Manipulation, scenario: Scenario) 
         return scene_with(fold, held, ends, _material(fold.garment.material, scenario))
     except ValidationError:
         raise SimulationError("both hands grasp the same place") from None
-
-
-def hand_failure(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> str | None:
-    """Return why a hand fails in a scenario, if this is known without a simulation; None if no hand fails.
-
-    A hand that grasps next to the cloth holds nothing, and one that is commanded too far below the table stops.
-    """
-    if scenario.is_nominal and not _aims_beside(fold, manipulation).any():
-        return None
-    for number, name in enumerate(HANDS[: len(manipulation.grasps)]):
-        hand = _hand(fold, manipulation, scenario, number)
-        if hand.carry is None:
-            return f"the {name} hand grasps beside the cloth"
-        if hand.too_low > fold.fingers.compliance:
-            return (
-                f"the {name} hand meets the table: the hand is {1e3 * hand.too_low:.1f} mm too low, but its fingers "
-                f"yield by only {1e3 * fold.fingers.compliance:.1f} mm"
-            )
-    return None
 
 
 def _material(usual: Material, scenario: Scenario) -> Material:
@@ -120,22 +132,13 @@ class _Grasp:
     """Whether the fingers close next to the cloth."""
 
 
-@dataclass(frozen=True)
-class _DisturbedHand:
-    """The motion of a hand in a scenario."""
-
-    carry: Carry | None
-    """None if the hand holds nothing."""
-    too_low: float
-    """Commanded depth below the table, or below the layers that stop the hand [m]; at most 0 if nothing does."""
-
-
-def _hand(fold: Fold, manipulation: Manipulation, scenario: Scenario, number: int) -> _DisturbedHand:
-    usual = carries_of(fold, manipulation)[number]
-    aim = _aims_beside(fold, manipulation)[number]
+def _hand(
+    fold: Fold, manipulation: Manipulation, scenario: Scenario, number: int, usual: Carry, aim: np.ndarray
+) -> DisturbedHand:
+    """Return a hand with its usual motion, which is sent to its vertex plus the offset `aim` [m], shape (3,)."""
     grasp = _grasp(fold, usual.vertex, aim, scenario, number)
     if grasp.misses:
-        return _DisturbedHand(None, 0.0)
+        return DisturbedHand(None, f"the {HANDS[number]} hand grasps beside the cloth")
     speed = scenario.factor("hands.speed")
     times = usual.times[0] + (usual.times - usual.times[0]) / speed
     share = curves.minimum_jerk(np.linspace(0.0, 1.0, len(times)))[:, None]
@@ -143,12 +146,18 @@ def _hand(fold: Fold, manipulation: Manipulation, scenario: Scenario, number: in
     off = _off(fold, manipulation, scenario, number) - fold.vector(*back) + [0.0, 0.0, aim[2]]
     moved = _turned(usual.displacements, -scenario["cloth.yaw"]) + np.hstack([share, share, np.ones_like(share)]) * off
     floor = _floor(fold, grasp.vertex, moved)
-    too_low = float((floor - moved[:, 2]).max())
+    too_low = float((floor - moved[:, 2]).max())  # below the table, or below the layers that stop the hand
     moved[:, 2] = np.maximum(moved[:, 2], floor)
     opens = usual.opens + float(times[-1] - usual.times[-1]) + _delay(scenario, number)
     turning = fold.vector(2.0 * grasp.rest)
     beside = share * turning - [*(fold.start[grasp.vertex, :2] - grasp.place), 0.0]
-    return _DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), too_low)
+    failure = None
+    if too_low > fold.fingers.compliance:
+        failure = (
+            f"the {HANDS[number]} hand meets the table: the hand is {1e3 * too_low:.1f} mm too low, but its fingers "
+            f"yield by only {1e3 * fold.fingers.compliance:.1f} mm"
+        )
+    return DisturbedHand(Carry(HANDS[number], grasp.vertex, times, moved, opens, beside), failure)
 
 
 def hand_errors(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -164,11 +173,6 @@ def hand_errors(fold: Fold, manipulation: Manipulation, scenario: Scenario) -> l
         grasp = np.array([scenario[f"grasp.into.{side}"], scenario[f"grasp.along.{side}"]]) - lies[:2]
         found.append((grasp, hand))
     return found
-
-
-def _aims_beside(fold: Fold, manipulation: Manipulation) -> np.ndarray:
-    """Return the commanded offset of each hand from its vertex [m], shape (hands, 3): 0 without a correction."""
-    return np.array(manipulation.positions) - fold.start[list(manipulation.grasps)]
 
 
 def _delay(scenario: Scenario, number: int) -> float:
