@@ -6,13 +6,15 @@ import re
 import tomllib
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tatamu.calibration import Measurements
 from tatamu.calibration.advice import NAMES
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.measurements import TESTS, instructions, table
 from tatamu.calibration.parameters import LIMITS, PARAMETERS
-from tatamu.calibration.readings import Errors
+from tatamu.calibration.readings import Errors, Reading
 from tatamu.calibration.setup import setup_of
 from tatamu.calibration.test import ElasticTest, LaterTest
 from tatamu.garments import make_garment
@@ -60,6 +62,20 @@ def test_the_template_of_a_test_is_its_table(name: str) -> None:
     text = re.sub(r"^# (\[|\w+ = )", r"\1", table(name, make_garment("towel")), flags=re.MULTILINE)
     assert list(tomllib.loads(text)) == [name]
     assert set(tomllib.loads(text)[name]) == set(TESTS[name].entry.model_fields)
+
+
+@pytest.mark.parametrize("name", TESTS)
+@pytest.mark.parametrize("bound", ["at least", "at most", None])
+def test_a_test_advises_on_a_bound_and_on_a_poor_reading(name: str, bound: str | None) -> None:
+    readings, setup = made().readings(), setup_of(made())
+    material = setup.base.model_copy(update={"shear_stiffness": 40.0, "bending_hysteresis": 1e-3})
+    test = setup.tests[name]
+    fit = test.fit(Reading(0.02, 0.001), 0.021, bound, ((0.5, 0.02),))
+    poor = {"mass": np.full(len(PARAMETERS), 0.8)}
+    for thin in (material, material.model_copy(update={"bending_rigidity": 1e-8})):
+        advice = test.advice(Estimate(thin, "native", (fit,), poor, readings, (), {}), fit)
+        assert all(text.startswith(f"{name}: ") and "{" not in text for text in advice)
+        assert len(advice) == 1 or bound is None
 
 
 def test_the_guide_numbers_the_tests_and_names_their_tables() -> None:

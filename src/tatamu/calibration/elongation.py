@@ -13,11 +13,11 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from tatamu.base.curves import arc_lengths, length
 from tatamu.base.errors import InputError
 from tatamu.base.records import Record
-from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, millimetres
+from tatamu.calibration.readings import Length, Lengths, TestEntry
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
@@ -44,6 +44,8 @@ class Grasp(Record):
 class ElongationReadings(TestEntry):
     """Hanging and lying length of the garment (paper, section IV-A, Fig. 1)."""
 
+    taken: ClassVar = {"L1": ("L1", "length"), "L2": ("L2", "length")}
+
     grasps: Annotated[list[Grasp], Field(min_length=1)]
     """Grips by which the garment hangs."""
     L1: Lengths
@@ -66,9 +68,6 @@ class ElongationReadings(TestEntry):
                 "the same unit?"
             )
         return self
-
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"L1": Reading.of(self.L1, errors.length), "L2": Reading.of(self.L2, errors.length)}
 
 
 @dataclass(frozen=True)
@@ -159,38 +158,23 @@ class Elongation(ElasticTest):
     def straight(self, reading: float) -> float:
         return float(np.log(max(reading, 1e-9)))
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        return (
-            f"elongation: {millimetres(fit.measured)} is within its reading error ({millimetres(fit.uncertainty)}), so "
-            f"Y is at least {estimate.material.stretch_stiffness:.0f} N/m, which is enough for folding."
-        )
-
-    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
-        return (
-            f"elongation: {millimetres(fit.measured)} read to {millimetres(fit.uncertainty)} gives Y only to within "
-            f"{100 * relative:.0f} %. Read L1 and L2 more often, or hang the garment so that it is longer, because "
-            "elongation grows with the square of the length."
-        )
-
     def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]
-        flat = self.plan * [1.0, -1.0]
-        aside = np.array([1.45 * np.ptp(flat[:, 0]), 0.0])
-        room = np.array([[0.25 * aside[0], 0.06 * np.ptp(flat[:, 1])]])
-        drawing = Drawing.around(np.concatenate([hung, flat + aside, (flat + aside).max(0)[None] + room]), 340.0, 260.0)
+        wide, tall = np.ptp(self.plan, axis=0)
+        lying = self.plan * [1.0, -1.0] + [1.45 * wide, 0.0]
+        room = lying.max(axis=0) + np.array([0.25 * (1.45 * wide), 0.06 * tall])
+        drawing = Drawing.around(np.concatenate([hung, lying, room[None]]), 340.0, 260.0)
         edges = Topology(self.garment.faces).edges
-        for view in (hung, flat + aside):
+        for view in (hung, lying):
             drawing.add(Segments(view[edges], CLOTH, 0.5, opacity=0.6))
         for held in self.held:
             grip = hung[held]
-            ends = grip[[grip[:, 0].argmin(), grip[:, 0].argmax()]]
-            drawing.line(ends, "muted", 7.0)
-        for view, end, name in ((hung, hung[self.end, 1].mean(), "L1"), (flat + aside, -self.length, "L2")):
-            right = view[:, 0].max() + 0.04 * aside[0]
-            drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
-        top = hung[:, 1].max() + 0.01 * np.ptp(flat[:, 1])
-        drawing.label((hung[:, 0].mean(), top), "hanging", "muted", (0.0, 1.0))
-        drawing.label(((flat + aside)[:, 0].mean(), top), "lying", "muted", (0.0, 1.0))
+            drawing.line(grip[[grip[:, 0].argmin(), grip[:, 0].argmax()]], "muted", 7.0)
+        for view, end, name in ((hung, hung[self.end, 1].mean(), "L1"), (lying, -self.length, "L2")):
+            right = view[:, 0].max() + 0.04 * (1.45 * wide)
+            drawing.dimension((right, 0.0), (right, end), name)
+        for view, words in ((hung, "hanging"), (lying, "lying")):
+            drawing.label((view[:, 0].mean(), hung[:, 1].max() + 0.01 * tall), words, "muted", (0.0, 1.0))
         return drawing.svg()
 
 
@@ -202,7 +186,7 @@ def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
     """
     path = named_edge(garment, grasp.edge)
     flat = garment.vertices[:, :2]
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flat[path], axis=0), axis=1))])
+    arc = arc_lengths(flat[path])
     if grasp.width is not None:
         away = np.abs(arc - grasp.at * arc[-1])
         path = path[away <= max(grasp.width / 2 + 1e-9, np.sort(away)[1])]
@@ -232,5 +216,4 @@ def longest_edge(garment: Garment) -> str:
     names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
     if not names:
         raise InputError(f"garment: {garment.name} has no named edges at which it can hang")
-    flat = garment.vertices
-    return max(names, key=lambda name: np.linalg.norm(np.diff(flat[garment.edges[name]], axis=0), axis=1).sum())
+    return max(names, key=lambda name: length(garment.vertices[garment.edges[name]]))

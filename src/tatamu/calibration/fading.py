@@ -17,12 +17,12 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.instruments.oscillation import swings
-from tatamu.calibration.parameters import LIMITS, PLACE
-from tatamu.calibration.readings import Counts, Errors, Length, Lengths, Reading, TestEntry
+from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.readings import Counts, Length, Lengths, TestEntry
 from tatamu.calibration.swing import MIN_AMPLITUDE, Swinging, SwungTest
-from tatamu.calibration.test import Changes, Readings, Specimen
+from tatamu.calibration.test import Readings, Specimen
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
@@ -30,6 +30,8 @@ from tatamu.simulation.scene import Scene
 
 class FadingReadings(TestEntry):
     """Readings of a cloth that is held by two corners and released from the side, until its swings have faded."""
+
+    taken: ClassVar = {"count": ("count", "swings")}
 
     edge: str
     """Name of the edge whose two ends are held."""
@@ -47,9 +49,6 @@ class FadingReadings(TestEntry):
             raise ValueError(f"to ({self.to:g} m) must be at most 0.8 of aside ({aside:g} m), so that the swing fades")
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"count": Reading.of(self.count, errors.swings, "-")}
-
 
 @dataclass(frozen=True)
 class Fading(SwungTest):
@@ -63,7 +62,6 @@ class Fading(SwungTest):
     name = "fading"
     title = "Fading: drag of the air q_n"
     parameter = "air_drag_quadratic"
-    unit = "-"
     rising = False
     within = 5e-3
     replaces: ClassVar = {"air_drag": 0.0}  # the drag that was assumed
@@ -99,22 +97,14 @@ class Fading(SwungTest):
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n. Here n is the number of swings, `aside` the first
         # amplitude and `to` the last one. The areal density rho and the added mass m_a are taken as equally large.
-        density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
-        for change in changes.values():
-            change[PLACE[self.parameter]] += 0.5 * (change[density] + change[air])
-        measured = readings["count"]
-        by_count = 1.0 / fit.slope if fit.slope else -1.0 / measured.value
-        changes["count"][PLACE[self.parameter]] += by_count * measured.uncertainty
+        by_count = 1.0 / fit.slope if fit.slope else -1.0 / readings["count"].value
+        return {"areal_density": 0.5, "air_added_mass": 0.5}, {"count": by_count}
 
     def sentence(self, fit: Fit) -> str:
         return (
             f"Swings counted: {fit.measured:.1f} ± {fit.uncertainty:.1f}; simulated: {fit.simulated:.2f}, from "
             f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
         )
-
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        does = "fades sooner even without drag" if fit.bound == "at most" else "goes on longer whatever the drag"
-        return f"fading: {fit.measured:g} swings were counted, but the simulated cloth {does}: was the air still?"

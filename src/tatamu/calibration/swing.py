@@ -18,13 +18,13 @@ from pydantic import model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp, longest_edge
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import match
-from tatamu.calibration.parameters import LIMITS, PLACE
-from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry, Times
-from tatamu.calibration.test import CLOTH, DASH, Changes, LaterTest, Readings, Specimen
+from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.readings import Lengths, TestEntry, Times
+from tatamu.calibration.test import CLOTH, DASH, LaterTest, Readings, Specimen
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
@@ -39,6 +39,8 @@ MIN_AMPLITUDE = 0.004
 
 class SwingReadings(TestEntry):
     """Readings of a cloth that is held by two corners and released from the side, and makes ten swings."""
+
+    taken: ClassVar = {"ten_swings": ("ten_swings", "time")}
 
     edge: str
     """Name of the edge whose two ends are held."""
@@ -55,9 +57,6 @@ class SwingReadings(TestEntry):
                     f"ten_swings must be from 3 to 40 s for ten swings there and back, given {seconds:g} s"
                 )
         return self
-
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"ten_swings": Reading.of(self.ten_swings, errors.time, "s")}
 
 
 @dataclass(frozen=True)
@@ -109,16 +108,14 @@ class Swinging:
         """Draw the garment from the side: at its release, and hanging."""
         start = self.scene(self.garment.material, 1.0).cloth.vertices
         length = self.hung.length
-        end = start[self.hung.end].mean(axis=0)[[0, 2]]
-        top = np.zeros(2)
-        corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * end[0] + 0.1 * length, -1.12 * length]])
+        x, z = start[self.hung.end].mean(axis=0)[[0, 2]]
+        corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * x + 0.1 * length, -1.12 * length]])
         drawing = Drawing.around(corners, 260.0, 260.0)
-        drawing.line(np.array([top, end]), CLOTH, 4.0)
-        drawing.line(np.array([top, [0.0, -length]]), "muted", 1.0, dash=DASH)
-        drawing.line(np.array([top, end * [-0.9, 1.0]]), "mesh", 2.0)
-        drawing.line(np.array([[-0.06 * length, 0.0], [0.06 * length, 0.0]]), "muted", 7.0)
-        low = -1.06 * length
-        drawing.dimension(np.array([0.0, low]), np.array([end[0], low]), "aside")
+        drawing.line([(0.0, 0.0), (x, z)], CLOTH, 4.0)
+        drawing.line([(0.0, 0.0), (0.0, -length)], "muted", 1.0, dash=DASH)
+        drawing.line([(0.0, 0.0), (-0.9 * x, z)], "mesh", 2.0)
+        drawing.line([(-0.06 * length, 0.0), (0.06 * length, 0.0)], "muted", 7.0)
+        drawing.dimension((0.0, -1.06 * length), (x, -1.06 * length), "aside")
         return drawing.svg()
 
 
@@ -128,8 +125,6 @@ class SwungTest(LaterTest):
 
     swinging: Swinging
 
-    unit: ClassVar[str]
-    """Unit of the reading."""
     rising: ClassVar[bool]
     """Whether the reading rises with the parameter; otherwise it falls."""
     within: ClassVar[float]
@@ -166,17 +161,7 @@ class SwungTest(LaterTest):
             self.rising,
         )
         beyond = "at most" if (found.reading > measured.value) == self.rising else "at least"
-        fit = Fit(
-            test=self.name,
-            parameter=self.parameter,
-            measured=measured.value,
-            uncertainty=measured.uncertainty,
-            aim=measured.value,
-            simulated=found.reading,
-            unit=self.unit,
-            bound=None if found.reached else beyond,
-            samples=found.samples,
-        )
+        fit = self.fit(measured, found.reading, None if found.reached else beyond, found.samples)
         return material.model_copy(update={self.parameter: found.parameter, **self.replaces}), fit
 
     def drawing(self, shape: np.ndarray) -> str:
@@ -193,7 +178,6 @@ class TenSwings(SwungTest):
     name = "swing"
     title = "Swing: air that it carries m_a"
     parameter = "air_added_mass"
-    unit = "s"
     rising = True
     within = 2e-3
     entry = SwingReadings
@@ -224,19 +208,12 @@ class TenSwings(SwungTest):
         """Return 1 + m_a / rho of a plate that swings ten times in this time."""
         return float((seconds / 10 / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.swinging.hung.length))
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The period of the swings depends on m_a / rho, where rho is the areal density.
-        density = PLACE["areal_density"]
-        timed = readings["ten_swings"]
-        heavier = self.heavier(timed.value)  # without a slope, the derivative is that of a plate
-        by_time = 1.0 / fit.slope if fit.slope else float(2.0 * heavier / max(heavier - 1.0, 0.02) / timed.value)
-        changes["ten_swings"][PLACE[self.parameter]] = by_time * timed.uncertainty
-        for change in changes.values():
-            change[PLACE[self.parameter]] += change[density]
+        seconds = readings["ten_swings"].value
+        heavier = self.heavier(seconds)  # without a slope, the derivative is that of a plate
+        by_time = 1.0 / fit.slope if fit.slope else float(2.0 * heavier / max(heavier - 1.0, 0.02) / seconds)
+        return {"areal_density": 1.0}, {"ten_swings": by_time}
 
     def sentence(self, fit: Fit) -> str:
         return f"Ten swings measured: {fit.measured:.1f} ± {fit.uncertainty:.1f} s; simulated: {fit.simulated:.2f} s."
-
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        side = "faster than the cloth swings without air" if fit.bound == "at most" else "slower than with any air"
-        return f"swing: ten swings in {fit.measured:.1f} s are {side}: was each counted there and back?"

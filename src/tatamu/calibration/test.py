@@ -1,6 +1,6 @@
 """A calibration test: a measurement, its simulated copy, and the parameter that the test determines.
 
-Each test is one module, and texts/NAME.toml has what the user is told to do and writes down.
+Each test is one module, and texts/NAME.toml has what the user is told to do, writes down, and is told of the result.
 
 - `ElasticTest`: a length at rest. The parameters of these tests are found together, because each length depends on
   stretch stiffness, bending rigidity and friction of bending.
@@ -12,17 +12,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from tatamu.base.errors import SimulationError
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.base.files import read_toml
+from tatamu.calibration.estimate import Estimate, Fit, Samples
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match, match
-from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.parameters import KNOWN, LIMITS, PLACE
 from tatamu.calibration.readings import Reading, TestEntry
 from tatamu.garments import Garment
+from tatamu.show.quantity import factor
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
@@ -90,7 +94,7 @@ class CalibrationTest(ABC):
 
     @classmethod
     def blanks(cls, garment: Garment) -> dict[str, str]:
-        """Return what stands in texts/NAME.toml, in the test's part of a measurements file, for each `$name`."""
+        """Return what the text `template` has, the test's part of a measurements file, for each `$name`."""
         return {}
 
     @abstractmethod
@@ -116,21 +120,46 @@ class CalibrationTest(ABC):
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
         )
 
+    def fit(self, read: Reading, simulated: float, bound: str | None, samples: Samples, **more: Any) -> Fit:
+        """Return the result of this test for a measured reading. `more` are other fields of a `Fit`."""
+        made: dict[str, Any] = {
+            "measured": read.value,
+            "uncertainty": read.uncertainty,
+            "aim": read.value,
+            "unit": read.unit,
+            **more,
+        }
+        return Fit(self.name, self.parameter, simulated=simulated, bound=bound, samples=samples, **made)
+
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice to the user on the result of this test."""
-        if fit.bound:
-            return [self.advice_on_bound(estimate, fit)]
+        """Return advice to the user: the text `at_most`, `at_least` or `bound` if this test only bounds the parameter.
+
+        If the relative uncertainty of the parameter is large, it is the text `poor`. In a text, `value`, and `alone` by
+        this test alone, are the parameter in its unit for readers.
+        """
+        known = texts(self.name)
         relative = estimate.relative(self.parameter)
-        advice = self.advice_on_poor(estimate, fit, relative) if relative > POOR else ""
-        return [advice] if advice else []
+        if fit.bound:
+            text = known.get(fit.bound.replace(" ", "_")) or known["bound"]
+        else:
+            text = known.get("poor", "") if relative > POOR else ""
+        scale = factor(KNOWN[self.parameter].unit)
+        value = getattr(estimate.material, self.parameter)
+        general = {
+            "measured": millimetres(fit.measured),
+            "error": millimetres(fit.uncertainty),
+            "reading": fit.measured,
+            "bound": fit.bound,
+            "value": scale * value,
+            "alone": scale * (fit.alone or value),
+            "percent": 100 * relative,
+            "simulator": estimate.simulator,
+        }
+        return [text.format(**general, **self.advice_values(estimate))] if text else []
 
-    @abstractmethod
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        """Return advice if the test only bounds the parameter."""
-
-    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
-        """Return advice if the test determines the parameter only to a large relative uncertainty; empty for none."""
-        return ""
+    def advice_values(self, estimate: Estimate) -> dict[str, Any]:
+        """Return what only the texts of this test have for a `{name}`."""
+        return {}
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences that are printed after all advice."""
@@ -165,8 +194,8 @@ class RestTest(CalibrationTest):
         """Return what the simulation must reproduce: the measured length, and whether it only bounds the parameter."""
         length = sum(factor * readings[name].value for name, factor in self.reads.items())
         error = float(np.hypot.reduce([readings[name].uncertainty for name in self.reads]))
-        spread = textbook_spread(self.guess, Reading(length, error))
-        return Target(self, length, error, self.bound(length, error), spread)
+        read = Reading(length, error)
+        return Target(self, read, self.bound(length, error), textbook_spread(self.guess, read))
 
 
 class ElasticTest(RestTest):
@@ -192,8 +221,17 @@ class LaterTest(CalibrationTest):
         """Return the material with the parameter that the test found, and the result of the test."""
 
     @abstractmethod
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
+        """Return the derivatives of this parameter's logarithm: by those of other parameters, and by each reading."""
+
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the effects of uncertain readings on this test's parameter, which are still zero, to `changes`."""
+        """Add the effects of uncertain readings on this test's parameter to `changes`."""
+        by_parameter, by_reading = self.derivatives(readings, fit)
+        for name, change in changes.items():
+            moved = sum(by * change[PLACE[other]] for other, by in by_parameter.items())
+            if name in by_reading:
+                moved += by_reading[name] * readings[name].uncertainty
+            change[PLACE[self.parameter]] += moved
 
 
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
@@ -205,10 +243,8 @@ class Target:
     """The reading of one test, and the parameter that this reading determines."""
 
     test: RestTest
-    measured: float
-    """The measured reading [m]."""
-    uncertainty: float
-    """Standard uncertainty of the reading [m]."""
+    read: Reading
+    """The measured length [m]."""
     bound: str | None
     """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
     spread: float = 1.0
@@ -223,7 +259,7 @@ class Target:
     def aim(self) -> float:
         """Length that the simulation must reproduce [m]: the reading, shifted by its uncertainty if it only bounds."""
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.test.rising else 1.0)
-        return self.measured + towards * self.uncertainty
+        return self.read.value + towards * self.read.uncertainty
 
     def start(self, material: Material) -> float:
         """Return the parameter by the textbook formula, within `LIMITS`. The search starts with this value."""
@@ -248,24 +284,14 @@ class Target:
 
     def bound_by(self, found: Match) -> str | None:
         """Return the bound that the test gives, also because the simulator did not reach the reading; or None."""
-        if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
+        if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.read.uncertainty:
             return self.bound
         return "at most" if (found.reading < self.aim) != self.test.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
         """Return the result of the test. `shared` is true if other tests also determined the parameter."""
-        return Fit(
-            test=self.test.name,
-            parameter=self.parameter,
-            measured=self.measured,
-            uncertainty=self.uncertainty,
-            aim=self.aim,
-            simulated=simulated,
-            unit="m",
-            bound=self.bound_by(found),
-            samples=found.samples,
-            alone=found.parameter if shared else None,
-        )
+        alone = found.parameter if shared else None
+        return self.test.fit(self.read, simulated, self.bound_by(found), found.samples, aim=self.aim, alone=alone)
 
 
 def textbook_spread(guess: Callable[[float, Material], float], reading: Reading) -> float:
@@ -279,6 +305,12 @@ def textbook_spread(guess: Callable[[float, Material], float], reading: Reading)
     if not (more > 0.0 and less > 0.0):
         return 1.0  # only its order of magnitude is known
     return max(0.5 * abs(float(np.log(more / less))), 1e-6)
+
+
+@cache
+def texts(name: str) -> dict[str, str]:
+    """Return the texts of a test, or of the guide to all tests, by their names."""
+    return dict(read_toml(Path(__file__).parent / "texts" / f"{name}.toml"))
 
 
 def millimetres(length: float) -> str:
