@@ -16,7 +16,7 @@ from tatamu.calibration.measurements import TESTS, instructions, table
 from tatamu.calibration.parameters import LIMITS, PARAMETERS
 from tatamu.calibration.readings import Errors, Reading
 from tatamu.calibration.setup import setup_of
-from tatamu.calibration.test import ElasticTest, LaterTest
+from tatamu.calibration.test import ElasticTest, LaterTest, texts
 from tatamu.garments import make_garment
 
 GARMENT = {"name": "towel", "size": [0.3, 0.6], "mass": 0.04}
@@ -41,10 +41,13 @@ def made() -> Measurements:
 
 @pytest.mark.parametrize("name", TESTS)
 def test_a_test_has_words_for_each_of_its_readings_and_no_other(name: str) -> None:
-    test, entry = TESTS[name], made().entries()[name]
-    assert set(entry.readings(Errors())) == set(test.words) <= set(NAMES)
+    test, entry, words = TESTS[name], made().entries()[name], texts(name)["words"]
+    assert set(entry.readings(Errors())) == set(words) <= set(NAMES)
+    assert all(texts(name)[key] for key in ("title", "read", "instructions", "template"))
+    assert bool(test.needs) == ("needs_because" in texts(name)) and bool(test.asks) == ("without" in texts(name))
+    assert bool(test.yields_to) == ("yields_because" in texts(name))
     if issubclass(test, ElasticTest):
-        assert set(test.reads) <= set(test.words)
+        assert set(test.reads) <= set(words)
         assert test.size is None or test.size in made().readings()
 
 

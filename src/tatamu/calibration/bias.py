@@ -68,14 +68,10 @@ class Bias(LaterTest, RestTest):
     """Edge length of the mesh [m]; None for a fixed fraction of the strip's width."""
 
     name = "bias"
-    title = "Bias: shear stiffness G"
     parameter = "shear_stiffness"
     entry = BiasReadings
     needs = ("elongation",)
-    needs_because = "the stiffness along the yarns also changes the length of the strip"
-    asks = ("orthotropy", "knows no shear stiffness of its own")
-    read = "L1 - L2 on the bias"
-    words: ClassVar = {"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"}
+    asks = "orthotropy"
     reads: ClassVar = {"bias_L1": 1.0, "bias_L2": -1.0}
 
     @classmethod

@@ -73,14 +73,10 @@ class PressedCrease(ElasticTest):
     """Bending length of the garment's material before the calibration [m], for the first guess."""
 
     name = "crease"
-    title = "Crease: friction of bending HB"
     parameter = "bending_hysteresis"
     entry = CreaseReadings
     needs = ("sag",)
-    needs_because = "the test gives only the ratio of bending friction and bending rigidity"
-    asks = ("hysteresis", "knows no friction of bending")
-    read = "arc of the angle at 30 mm"
-    words: ClassVar = {"angle": "the angle that stays (its arc at 30 mm)"}
+    asks = "hysteresis"
     reads: ClassVar = {"angle": 1.0}
     rising = True
     weighs = False

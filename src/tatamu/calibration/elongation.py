@@ -78,11 +78,8 @@ class Elongation(ElasticTest):
     grasps: Sequence[Grasp]
 
     name = "elongation"
-    title = "Elongation: stretch stiffness Y"
     parameter = "stretch_stiffness"
     entry = ElongationReadings
-    read = "L1 - L2"
-    words: ClassVar = {"L1": "L1, the hanging length", "L2": "L2, the lying length"}
     reads: ClassVar = {"L1": 1.0, "L2": -1.0}
     size = "length"
 

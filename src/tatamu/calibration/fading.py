@@ -60,17 +60,13 @@ class Fading(SwungTest):
     """Number of swings that were counted. The simulation lasts a little longer."""
 
     name = "fading"
-    title = "Fading: drag of the air q_n"
     parameter = "air_drag_quadratic"
     rising = False
     within = 5e-3
     replaces: ClassVar = {"air_drag": 0.0}  # the drag that was assumed
     entry = FadingReadings
     needs = ("swing",)
-    needs_because = "drag also slows the air that swings with the cloth"
-    asks = ("directional_air", "knows no drag by the square of a velocity")
-    read = "swings until it has faded"
-    words: ClassVar = {"count": "the number of swings until it has faded"}
+    asks = "directional_air"
 
     @classmethod
     def of(cls, entry: FadingReadings, specimen: Specimen) -> Self:

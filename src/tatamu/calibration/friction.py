@@ -71,11 +71,8 @@ class Slope(LaterTest):
     """Slope theta of the board [rad]."""
 
     name = "friction"
-    title = "Friction: coefficient μ on the table"
     parameter = "friction_table"
     entry = FrictionReadings
-    read = "theta"
-    words: ClassVar = {"L_t": "L_t, the board", "H_s": "H_s, the lifted end"}
     samples = "speed"
 
     @classmethod

@@ -61,11 +61,8 @@ class Loop(ElasticTest):
     """Edge length of the strip's mesh [m]; None for a fixed fraction of the height."""
 
     name = "loop"
-    title = "Loop: bending rigidity B"
     parameter = "bending_rigidity"
     entry = LoopReadings
-    read = "height of the loop"
-    words: ClassVar = {"height": "the height of the loop"}
     reads: ClassVar = {"height": 1.0}
     rising = True
 

@@ -99,11 +99,8 @@ class Plate(ElasticTest):
     """Random seed of the discs' unevenness."""
 
     name = "plate"
-    title = "Plate: bending rigidity B"
     parameter = "bending_rigidity"
     entry = PlateReadings
-    read = "mean radius of the hem"
-    words: ClassVar = {"hem": "the drape coefficient"}
     reads: ClassVar = {"hem": 1.0}
     rising = True
     step = 0.4  # so large that differences exceed the random scatter

@@ -86,23 +86,12 @@ class Push(LaterTest, RestTest):
     """Edge length of the strip's mesh [m]; None for 2 cm, or less if the cloth is short."""
 
     name = "push"
-    title = "Push: compression c"
     parameter = "compression"
     entry = PushReadings
     needs = ("elongation", "friction")
-    needs_because = "the resistance to a push depends on both"
     yields_to = ("bias",)
-    yields_because = (
-        "cloth with a shear stiffness of its own, which bias gives it, resists compression as it does tension"
-    )
-    asks = ("compression", "knows no compression: its cloth resists it as it does tension")
+    asks = "compression"
     rising = True
-    read = "moved"
-    words: ClassVar = {
-        "push_length": "the length of the cloth ahead of the ruler",
-        "pushed": "how far the ruler was pushed",
-        "moved": "how far the far edge moved",
-    }
 
     @classmethod
     def of(cls, entry: PushReadings, specimen: Specimen) -> Self:

@@ -21,7 +21,7 @@ from tatamu.base.curves import length
 from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import longest_edge, named_edge
 from tatamu.calibration.estimate import Estimate
-from tatamu.calibration.loop import HEIGHT, LIFT, Loop
+from tatamu.calibration.loop import HEIGHT, LIFT
 from tatamu.calibration.readings import Lengths, TestEntry
 from tatamu.calibration.test import (
     CLOTH,
@@ -97,11 +97,8 @@ class Sag(ElasticTest):
     """Edge length of the strip's mesh [m]; None for a mesh with 12 rows."""
 
     name = "sag"
-    title = "Sag: bending rigidity B"
     parameter = "bending_rigidity"
     entry = SagReadings
-    read = "sag"
-    words: ClassVar = {"free_length": "the free length", "sag": "the sag"}
     reads: ClassVar = {"sag": 1.0}
     size = "free_length"
 
@@ -183,7 +180,7 @@ class Sag(ElasticTest):
         if better >= MIN_FREE:
             remedy = "longer"
         else:  # the free length is too short to hold, but a loop can be read
-            remedy = "too_short" if Loop.words.keys() <= estimate.readings.keys() else "loop_instead"
+            remedy = "too_short" if "height" in estimate.readings else "loop_instead"
         values = {
             "better": 100 * better,
             "expected": 1e3 * better * tip(BEST**3)[1],

@@ -145,7 +145,7 @@ class SwungTest(LaterTest):
         """Return the parameter with which a rigid plate has this reading."""
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        (measured,) = (readings[name] for name in self.words)
+        (measured,) = (readings[name] for name in self.entry.taken)
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})
@@ -176,14 +176,11 @@ class TenSwings(SwungTest):
     """Quadratic drag that is assumed [kg/m^3], because air that adds mass also slows down; None for the material's."""
 
     name = "swing"
-    title = "Swing: air that it carries m_a"
     parameter = "air_added_mass"
     rising = True
     within = 2e-3
     entry = SwingReadings
-    asks = ("directional_air", "knows no air that cloth carries")
-    read = "time of ten swings"
-    words: ClassVar = {"ten_swings": "the time of ten swings"}
+    asks = "directional_air"
 
     @classmethod
     def of(cls, entry: SwingReadings, specimen: Specimen) -> Self:

@@ -60,26 +60,16 @@ class CalibrationTest(ABC):
 
     name: ClassVar[str]
     """Name of the test, and of its table in the measurements file."""
-    title: ClassVar[str]
-    """Heading of the test's section on the page."""
     parameter: ClassVar[str]
     """Field of a material that the test determines."""
     entry: ClassVar[type[TestEntry]]
     """Class of the test's table in the measurements file."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests whose results this test needs."""
-    needs_because: ClassVar[str] = ""
-    """Why, after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
     """Tests that replace this test, because no material can have both parameters."""
-    yields_because: ClassVar[str] = ""
-    """Why, after the word "as"."""
-    asks: ClassVar[tuple[str, str] | None] = None
-    """Capability that a simulator needs for this test, and what a simulator without it is told; None for none."""
-    read: ClassVar[str]
-    """Name of the reading in one or two words."""
-    words: ClassVar[Mapping[str, str]]
-    """Name of each reading in the advice."""
+    asks: ClassVar[str | None] = None
+    """Capability that a simulator needs for this test; None for none."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
     """What each simulation gives: the reading, or the speed of the cloth [m/s]."""
 
@@ -111,12 +101,14 @@ class CalibrationTest(ABC):
 
     def unusable(self, simulator: str) -> str | None:
         """Return why a simulator cannot do this test; None if it can."""
-        return None if self.asks is None or getattr(capabilities(simulator), self.asks[0]) else self.asks[1]
+        able = self.asks is None or getattr(capabilities(simulator), self.asks)
+        return None if able else texts(self.name)["without"]
 
     def sentence(self, fit: Fit) -> str:
         """Return a sentence on the measured and the simulated reading."""
+        read = texts(self.name)["read"]
         return (
-            f"{self.read[0].upper()}{self.read[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} "
+            f"{read[0].upper()}{read[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} "
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
         )
 
@@ -308,8 +300,12 @@ def textbook_spread(guess: Callable[[float, Material], float], reading: Reading)
 
 
 @cache
-def texts(name: str) -> dict[str, str]:
-    """Return the texts of a test, or of the guide to all tests, by their names."""
+def texts(name: str) -> dict[str, Any]:
+    """Return the texts of a test, or of the guide to all tests, by their names.
+
+    Of a test, `read` is the reading in one or two words, and `words` has a name of each reading in the file.
+    `needs_because` and `yields_because` follow the words "because" and "as", and `without` the name of a simulator.
+    """
     return dict(read_toml(Path(__file__).parent / "texts" / f"{name}.toml"))
 
 
