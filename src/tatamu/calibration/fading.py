@@ -18,10 +18,9 @@ import numpy as np
 from pydantic import model_validator
 
 from tatamu.calibration.estimate import Fit
-from tatamu.calibration.instruments.oscillation import swings
 from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.readings import Counts, Length, Lengths, TestEntry
-from tatamu.calibration.swing import MIN_AMPLITUDE, Swinging, SwungTest
+from tatamu.calibration.swing import SwungTest
 from tatamu.calibration.test import Readings, Specimen
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
@@ -70,18 +69,15 @@ class Fading(SwungTest):
 
     @classmethod
     def of(cls, entry: FadingReadings, specimen: Specimen) -> Self:
-        swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
-        swinging.check(cls.name)
-        return cls(swinging, entry.to, float(np.mean(entry.count)))
+        return cls(specimen.garment, entry.edge, float(np.mean(entry.aside)), entry.to, float(np.mean(entry.count)))
 
     def scene(self, material: Material) -> Scene:
-        return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), 1.3 * self.counted + 2.0)
+        return self.released(material.model_copy(update={"air_drag": 0.0}), 1.3 * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
-        signal = self.swinging.signal(rollout)
-        found = swings(rollout.times, signal, MIN_AMPLITUDE * abs(float(signal[0])))
+        first, found = self.swings(rollout)
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])
-        inverse = np.maximum.accumulate([1.0 / abs(float(signal[0])), *(2.0 / each.amplitude for each in found)])
+        inverse = np.maximum.accumulate([1.0 / first, *(2.0 / each.amplitude for each in found)])
         if inverse[-1] >= 1.0 / self.to:
             return float(np.interp(1.0 / self.to, inverse, numbers))
         slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
@@ -89,7 +85,7 @@ class Fading(SwungTest):
         return float(min(ends, 200.0))  # the most, for swings that do not fade, too
 
     def guess(self, count: float, material: Material) -> float:
-        inverse = 1.0 / self.to - 1.0 / self.swinging.aside
+        inverse = 1.0 / self.to - 1.0 / self.aside
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
 
@@ -102,5 +98,5 @@ class Fading(SwungTest):
     def sentence(self, fit: Fit) -> str:
         return (
             f"Swings counted: {fit.measured:.1f} ± {fit.uncertainty:.1f}; simulated: {fit.simulated:.2f}, from "
-            f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
+            f"{1e3 * self.aside:.0f} to {1e3 * self.to:.0f} mm aside."
         )

@@ -19,7 +19,7 @@ from pydantic import model_validator
 from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp, longest_edge
 from tatamu.calibration.estimate import Fit
-from tatamu.calibration.instruments.oscillation import swings
+from tatamu.calibration.instruments.oscillation import FreeSwing, swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import match
 from tatamu.calibration.parameters import LIMITS
@@ -60,28 +60,38 @@ class SwingReadings(TestEntry):
 
 
 @dataclass(frozen=True)
-class Swinging:
-    """A garment that is held by the two ends of an edge, pulled aside and released."""
+class SwungTest(LaterTest):
+    """A test of the swings of a garment that is held by the two ends of an edge, pulled aside and released."""
 
     garment: Garment
     edge: str
     aside: float
     """Distance by which the edge opposite to the held edge is pulled aside [m]."""
 
+    rising: ClassVar[bool]
+    """Whether the reading rises with the parameter; otherwise it falls."""
+    within: ClassVar[float]
+    """Relative accuracy with which the reading is reproduced."""
+    replaces: ClassVar[Mapping[str, float]] = {}
+    """Other fields of the material, with the values that they have beside the parameter that was found."""
+
+    def __post_init__(self) -> None:
+        if self.aside > 0.7 * self.hung.length:
+            raise InputError(
+                f"{self.name}: aside ({self.aside:g} m) must be at most 0.7 of the {self.hung.length:.2f} m that "
+                "the garment hangs down from that edge"
+            )
+
+    @classmethod
+    def blanks(cls, garment: Garment) -> dict[str, str]:
+        return {"edge": (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]}
+
     @cached_property
     def hung(self) -> Elongation:
         """Test of the same garment, hanging still from the same two grips."""
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=0.03) for at in (0.0, 1.0)))
 
-    def check(self, test: str) -> None:
-        """Raise InputError if the edge does not exist, or `aside` is too large."""
-        if self.aside > 0.7 * self.hung.length:
-            raise InputError(
-                f"{test}: aside ({self.aside:g} m) must be at most 0.7 of the {self.hung.length:.2f} m that "
-                "the garment hangs down from that edge"
-            )
-
-    def scene(self, material: Material, periods: float) -> Scene:
+    def released(self, material: Material, periods: float) -> Scene:
         """Return a scene in which the cloth starts as an inclined plane, for about `periods` periods of a plate."""
         scene = self.hung.scene(material)
         angle = np.arcsin(self.aside / self.hung.length)
@@ -100,13 +110,14 @@ class Swinging:
             }
         )
 
-    def signal(self, rollout: Rollout) -> np.ndarray:
-        """Return the displacement of the cloth's free edge to the side in each of f frames [m], shape (f,)."""
-        return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
+    def swings(self, rollout: Rollout) -> tuple[float, list[FreeSwing]]:
+        """Return the first displacement of the cloth's free edge to the side [m], and the edge's swings."""
+        signal = np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
+        first = abs(float(signal[0]))
+        return first, swings(rollout.times, signal, MIN_AMPLITUDE * first)
 
-    def drawing(self) -> str:
-        """Draw the garment from the side: at its release, and hanging."""
-        start = self.scene(self.garment.material, 1.0).cloth.vertices
+    def drawing(self, shape: np.ndarray) -> str:
+        start = self.released(self.garment.material, 1.0).cloth.vertices
         length = self.hung.length
         x, z = start[self.hung.end].mean(axis=0)[[0, 2]]
         corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * x + 0.1 * length, -1.12 * length]])
@@ -117,24 +128,6 @@ class Swinging:
         drawing.line([(-0.06 * length, 0.0), (0.06 * length, 0.0)], "muted", 7.0)
         drawing.dimension((0.0, -1.06 * length), (x, -1.06 * length), "aside")
         return drawing.svg()
-
-
-@dataclass(frozen=True)
-class SwungTest(LaterTest):
-    """A test of the swings of a cloth that is held by two corners and released from the side."""
-
-    swinging: Swinging
-
-    rising: ClassVar[bool]
-    """Whether the reading rises with the parameter; otherwise it falls."""
-    within: ClassVar[float]
-    """Relative accuracy with which the reading is reproduced."""
-    replaces: ClassVar[Mapping[str, float]] = {}
-    """Other fields of the material, with the values that they have beside the parameter that was found."""
-
-    @classmethod
-    def blanks(cls, garment: Garment) -> dict[str, str]:
-        return {"edge": (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]}
 
     @abstractmethod
     def reading(self, rollout: Rollout) -> float:
@@ -164,9 +157,6 @@ class SwungTest(LaterTest):
         fit = self.fit(measured, found.reading, None if found.reached else beyond, found.samples)
         return material.model_copy(update={self.parameter: found.parameter, **self.replaces}), fit
 
-    def drawing(self, shape: np.ndarray) -> str:
-        return self.swinging.drawing()
-
 
 @dataclass(frozen=True)
 class TenSwings(SwungTest):
@@ -184,18 +174,16 @@ class TenSwings(SwungTest):
 
     @classmethod
     def of(cls, entry: SwingReadings, specimen: Specimen) -> Self:
-        swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
-        swinging.check(cls.name)
-        return cls(swinging, None if specimen.base.air_drag_quadratic else 0.7)
+        drag = None if specimen.base.air_drag_quadratic else 0.7
+        return cls(specimen.garment, entry.edge, float(np.mean(entry.aside)), drag)
 
     def scene(self, material: Material) -> Scene:
         drag = material.air_drag_quadratic if self.drag is None else self.drag
         own = material.model_copy(update={"air_drag_quadratic": drag, "air_drag": 0.0})
-        return self.swinging.scene(own, SIMULATED)
+        return self.released(own, SIMULATED)
 
     def reading(self, rollout: Rollout) -> float:
-        signal = self.swinging.signal(rollout)
-        found = swings(rollout.times, signal, MIN_AMPLITUDE * abs(float(signal[0])))[: 2 * SIMULATED - 2]
+        found = self.swings(rollout)[1][: 2 * SIMULATED - 2]
         return float(10 * np.mean([each.period for each in found])) if found else float("nan")
 
     def guess(self, seconds: float, material: Material) -> float:
@@ -203,7 +191,7 @@ class TenSwings(SwungTest):
 
     def heavier(self, seconds: float) -> float:
         """Return 1 + m_a / rho of a plate that swings ten times in this time."""
-        return float((seconds / 10 / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.swinging.hung.length))
+        return float((seconds / 10 / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.hung.length))
 
     def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The period of the swings depends on m_a / rho, where rho is the areal density.
