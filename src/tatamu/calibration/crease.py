@@ -19,7 +19,7 @@ from pydantic import model_validator
 
 from tatamu.calibration.estimate import Fit
 from tatamu.calibration.readings import Angles, Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen, strip_profile
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, dash, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
@@ -166,7 +166,7 @@ class PressedCrease(ElasticTest):
         outer = [at + board * way / np.linalg.norm(way) for at, way in ((side[0], first), (middle, last))]
         flat = middle - board * first / np.linalg.norm(first)
         drawing = Drawing.around(np.concatenate([side, outer, [flat - [0.0, 0.2 * board]]]), 320.0, 200.0)
-        drawing.line([middle - [self.gap, 0.0], flat], "muted", 1.0, dash=DASH)
+        dash(drawing, [middle - [self.gap, 0.0], flat])
         for at, far in zip((side[0], middle), outer, strict=True):
             drawing.line([at, far], "muted", 7.0)
         drawing.line(side, CLOTH, 3.5)

@@ -16,7 +16,7 @@ from pydantic import model_validator
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.readings import Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, LaterTest, Readings, Specimen, texts
+from tatamu.calibration.test import CLOTH, LaterTest, Readings, Specimen
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -138,7 +138,7 @@ class Slope(LaterTest):
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         off = estimate.material.friction_table / self.textbook - 1.0
         values = {"simulator": estimate.simulator, "off": 100 * off, "textbook": self.textbook}
-        return [] if abs(off) < 0.02 else [texts(self.name)["remark"].format(**values)]
+        return [] if abs(off) < 0.02 else [self.texts["remark"].format(**values)]
 
     def drawing(self, shape: np.ndarray) -> str:
         board = 0.6

@@ -18,7 +18,7 @@ from pydantic import model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.calibration.readings import Lengths, TestEntry
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen, strip_profile
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, dash, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -149,7 +149,7 @@ class Loop(ElasticTest):
         for part in (side[: half + 1], side[half:]):
             drawing.line(part, CLOTH, max(2.0, self.thickness * drawing.scale * 0.8))
         read = reach + 0.35 * height
-        drawing.line([(side[side[:, 1].argmax(), 0], height), (read, height)], "muted", 1.0, dash=DASH)
+        dash(drawing, [(side[side[:, 1].argmax(), 0], height), (read, height)])
         drawing.dimension((read, 0.0), (read, height), "height")
         return drawing.svg()
 

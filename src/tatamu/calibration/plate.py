@@ -25,7 +25,7 @@ from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.calibration.readings import Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen, texts
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, dash
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout
@@ -196,14 +196,14 @@ class Plate(ElasticTest):
         if shape is None or self.folds is None:
             return []
         simulated = float(np.mean([outline.nodes for outline in self.outlines(shape)]))
-        remark = texts(self.name)["remark"].format(counted=self.folds, simulated=simulated)
+        remark = self.texts["remark"].format(counted=self.folds, simulated=simulated)
         return [] if abs(simulated - self.folds) <= 2 else [remark]
 
     def drawing(self, shape: np.ndarray) -> str:
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
         circle = np.column_stack([np.cos(turn), np.sin(turn)])
         drawing = Drawing.around(np.array([[-1.05, -1.25], [1.05, 1.05]]) * self.disc, 300.0, 260.0)
-        drawing.line(self.disc * circle, "muted", 1.0, dash=DASH)
+        dash(drawing, self.disc * circle)
         drawing.line(self.outlines(shape)[0].curve, CLOTH, 2.5, fill="cloth")
         drawing.line(self.plate * circle, "muted", 1.5, fill="grip")
         drawing.dimension((-self.plate, 0.0), (self.plate, 0.0), "plate")

@@ -22,16 +22,7 @@ from tatamu.base.errors import InputError
 from tatamu.calibration.estimate import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.readings import Distances, Lengths, Reading, TestEntry
-from tatamu.calibration.test import (
-    CLOTH,
-    DASH,
-    LaterTest,
-    Readings,
-    RestTest,
-    Specimen,
-    Target,
-    strip_profile,
-)
+from tatamu.calibration.test import CLOTH, LaterTest, Readings, RestTest, Specimen, Target, dash, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
 from tatamu.simulation.material import GRAVITY, Material
@@ -171,7 +162,7 @@ class Push(LaterTest, RestTest):
         drawing.line(side + np.array([0.0, 2.0 / drawing.scale]), CLOTH, 3.5)
         drawing.add(Box(side[0], side[0] + [-0.03 * self.length, 2.0 * high], "grip", "muted"))
         for start, now, name in ((0.0, side[0, 0], "pushed"), (self.length, side[-1, 0], "moved")):
-            drawing.line([(start, -0.7 * low), (start, 1.6 * high)], "muted", 1.0, dash=DASH)
+            dash(drawing, [(start, -0.7 * low), (start, 1.6 * high)])
             if now - start > 1e-3:
                 drawing.dimension((start, -0.4 * low), (now, -0.4 * low), "")
             drawing.label((0.5 * (start + now), -0.9 * low), name, "reading")

@@ -23,18 +23,7 @@ from tatamu.calibration.elongation import longest_edge, named_edge
 from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.loop import HEIGHT, LIFT
 from tatamu.calibration.readings import Lengths, TestEntry
-from tatamu.calibration.test import (
-    CLOTH,
-    DASH,
-    ElasticTest,
-    Readings,
-    Specimen,
-    Target,
-    millimetres,
-    strip_profile,
-    textbook_spread,
-    texts,
-)
+from tatamu.calibration.test import CLOTH, ElasticTest, Readings, Specimen, Target, dash, strip_profile, textbook_spread
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
@@ -189,8 +178,8 @@ class Sag(ElasticTest):
         return {
             **values,
             "length": 100 * length,
-            "free_length": millimetres(estimate.readings["free_length"].value),
-            "remedy": texts(self.name)[remedy].format(**values),
+            "free_length": 1e3 * estimate.readings["free_length"].value,
+            "remedy": self.texts[remedy].format(**values),
         }
 
     def drawing(self, shape: np.ndarray) -> str:
@@ -205,7 +194,7 @@ class Sag(ElasticTest):
         for sign in (1.0, -1.0):
             drawing.add(Box(np.array([front, 0.0]), np.array([back, sign * thick]), "grip", "muted"))
         drawing.line(side, CLOTH, 3.5)
-        drawing.line([(front, 0.0), (end - 0.2 * front, 0.0)], "muted", 1.0, dash=DASH)
+        dash(drawing, [(front, 0.0), (end - 0.2 * front, 0.0)])
         drawing.dimension((end - 0.12 * front, 0.0), (end - 0.12 * front, low), "sag")
         lifted = side[rows <= front] + [0.0, 0.1 * front]
         drawing.arrow([*lifted, (front, 0.1 * front)], "reading", 1.2, both=True)

@@ -24,7 +24,7 @@ from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import match
 from tatamu.calibration.parameters import LIMITS
 from tatamu.calibration.readings import Lengths, TestEntry, Times
-from tatamu.calibration.test import CLOTH, DASH, LaterTest, Readings, Specimen
+from tatamu.calibration.test import CLOTH, LaterTest, Readings, Specimen, dash
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
@@ -123,7 +123,7 @@ class SwungTest(LaterTest):
         corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * x + 0.1 * length, -1.12 * length]])
         drawing = Drawing.around(corners, 260.0, 260.0)
         drawing.line([(0.0, 0.0), (x, z)], CLOTH, 4.0)
-        drawing.line([(0.0, 0.0), (0.0, -length)], "muted", 1.0, dash=DASH)
+        dash(drawing, [(0.0, 0.0), (0.0, -length)])
         drawing.line([(0.0, 0.0), (-0.9 * x, z)], "mesh", 2.0)
         drawing.line([(-0.06 * length, 0.0), (0.06 * length, 0.0)], "muted", 7.0)
         drawing.dimension((0.0, -1.06 * length), (x, -1.06 * length), "aside")

@@ -26,6 +26,7 @@ from tatamu.calibration.match import Match, match
 from tatamu.calibration.parameters import KNOWN, LIMITS, PLACE
 from tatamu.calibration.readings import Reading, TestEntry
 from tatamu.garments import Garment
+from tatamu.show.drawing import Drawing
 from tatamu.show.quantity import factor
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
@@ -34,8 +35,6 @@ from tatamu.simulation.simulators import capabilities
 
 CLOTH = "plot"
 """Name of the colour with which drawings show cloth."""
-DASH = 4.0
-"""Length of the dashes of auxiliary lines [pixels]."""
 POOR = 0.25
 """Maximum relative standard uncertainty of a parameter of which the user is not told."""
 Readings = Mapping[str, Reading]
@@ -99,14 +98,19 @@ class CalibrationTest(ABC):
         """Return additional entries for the table [calibration] of the material's file."""
         return {}
 
+    @property
+    def texts(self) -> dict[str, Any]:
+        """What the user is told of this test, by the names of the texts."""
+        return texts(self.name)
+
     def unusable(self, simulator: str) -> str | None:
         """Return why a simulator cannot do this test; None if it can."""
         able = self.asks is None or getattr(capabilities(simulator), self.asks)
-        return None if able else texts(self.name)["without"]
+        return None if able else str(self.texts["without"])
 
     def sentence(self, fit: Fit) -> str:
         """Return a sentence on the measured and the simulated reading."""
-        read = texts(self.name)["read"]
+        read = self.texts["read"]
         return (
             f"{read[0].upper()}{read[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} "
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
@@ -129,7 +133,7 @@ class CalibrationTest(ABC):
         If the relative uncertainty of the parameter is large, it is the text `poor`. In a text, `value`, and `alone` by
         this test alone, are the parameter in its unit for readers.
         """
-        known = texts(self.name)
+        known = self.texts
         relative = estimate.relative(self.parameter)
         if fit.bound:
             text = known.get(fit.bound.replace(" ", "_")) or known["bound"]
@@ -312,6 +316,11 @@ def texts(name: str) -> dict[str, Any]:
 def millimetres(length: float) -> str:
     """Return a length [m] as text in millimetres."""
     return f"{1e3 * length:.1f} mm"
+
+
+def dash(drawing: Drawing, points: Any) -> None:
+    """Draw a thin dashed line through points [m], shape (k, 2)."""
+    drawing.line(points, "muted", 1.0, dash=4.0)
 
 
 def strip_profile(along: np.ndarray, positions: np.ndarray) -> np.ndarray:
