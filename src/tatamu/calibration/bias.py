@@ -17,6 +17,7 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import model_validator
 
+from tatamu.calibration.elongation import hanging_scene
 from tatamu.calibration.estimate import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
@@ -24,11 +25,11 @@ from tatamu.calibration.readings import Length, Lengths, TestEntry
 from tatamu.calibration.test import CLOTH, Changes, LaterTest, Readings, RestTest, Specimen
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
-from tatamu.simulation.material import GRAVITY, Material, settling
+from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.scene import Cloth, Scene
 
 
 class BiasReadings(TestEntry):
@@ -85,22 +86,16 @@ class Bias(LaterTest, RestTest):
         return flat[:, :2] + [0.5 * self.length, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
-        rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         plan, faces = self.mesh
         nothing = np.zeros(len(plan))
-        held = np.flatnonzero(plan[:, 0] < 1e-9)
-        return Scene(
-            cloth=Cloth(
-                vertices=np.column_stack([nothing, plan[:, 1], -plan[:, 0]]),
-                rest_vertices=np.column_stack([plan, nothing]),
-                faces=faces,
-                fibre=np.array([[1.0, 1.0, 0.0]]),
-            ),
-            material=settling(material.model_copy(update={"compression": 1.0}), rate),
-            grippers=[Gripper(vertices=held.tolist(), times=[0.0], displacements=np.zeros((1, 3)))],
-            duration=14.0 / rate,  # until the slowest motion has died out
-            frame_rate=30.0,
+        cloth = Cloth(
+            vertices=np.column_stack([nothing, plan[:, 1], -plan[:, 0]]),
+            rest_vertices=np.column_stack([plan, nothing]),
+            faces=faces,
+            fibre=np.array([[1.0, 1.0, 0.0]]),
         )
+        held = np.flatnonzero(plan[:, 0] < 1e-9)
+        return hanging_scene(cloth, [held], self.length, material.model_copy(update={"compression": 1.0}))
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         end = self.mesh[0][:, 0] > self.length - 1e-9

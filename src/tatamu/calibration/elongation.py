@@ -24,7 +24,7 @@ from tatamu.show.shapes import Segments
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.scene import Cloth, Gripper, Scene
 
 HUNG_BY = {"towel": ["bottom"], "tshirt": ["left_shoulder", "right_shoulder"], "trousers": ["waist"]}
 """Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
@@ -136,18 +136,11 @@ class Elongation(ElasticTest):
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:
-        rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         apart = 2.0 * self.garment.vertices[:, 2]  # contact would push closer layers apart in the grip
         cloth = self.garment.cloth()
         start = np.column_stack([apart, self.plan[:, 0], -self.plan[:, 1]])
-        grippers = [Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in self.held]
-        return Scene(
-            cloth=cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest}),
-            material=settling(material, rate),
-            grippers=grippers,
-            duration=14.0 / rate,  # until the slowest motion has died out
-            frame_rate=30.0,
-        )
+        hung = cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest})
+        return hanging_scene(hung, self.held, self.length, material)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
@@ -173,6 +166,18 @@ class Elongation(ElasticTest):
         for view, words in ((hung, "hanging"), (lying, "lying")):
             drawing.label((view[:, 0].mean(), hung[:, 1].max() + 0.01 * tall), words, "muted", (0.0, 1.0))
         return drawing.svg()
+
+
+def hanging_scene(cloth: Cloth, grips: Sequence[np.ndarray], length: float, material: Material) -> Scene:
+    """Return a scene in which cloth of a length [m] hangs from the vertices of grips until it is at rest."""
+    rate = 2.0 * float(np.sqrt(GRAVITY / length))
+    return Scene(
+        cloth=cloth,
+        material=settling(material, rate),
+        grippers=[Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in grips],
+        duration=14.0 / rate,  # until the slowest motion has died out
+        frame_rate=30.0,
+    )
 
 
 def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
