@@ -30,7 +30,7 @@ from tatamu.calibration.loop import Loop
 from tatamu.calibration.plate import Plate
 from tatamu.calibration.push import Push
 from tatamu.calibration.sag import Sag
-from tatamu.calibration.swing import Swinging
+from tatamu.calibration.swing import TenSwings
 from tatamu.calibration.test import CalibrationTest
 from tatamu.garments import make_garment
 from tatamu.simulation.material import GRAVITY, Material, load_material
@@ -196,7 +196,9 @@ def drawings() -> None:
     draw("push", Push(0.4, 0.06, 0.01), terry.model_copy(update={"compression": 0.12, "stretch_stiffness": 60.0}))
     draw("plate", Plate(0.15, 0.09, 0.6), terry)
     draw("bias", Bias(0.6, 0.08), terry.model_copy(update={"shear_stiffness": 20.0}))
-    write_text(IMAGES / "measure-swing.svg", Swinging(make_garment("towel"), "bottom", 0.2).drawing())
+    write_text(
+        IMAGES / "measure-swing.svg", TenSwings(make_garment("towel"), "bottom", 0.2, None).drawing(np.empty((0, 3)))
+    )
     write_text(IMAGES / "measure-slide.svg", Slope(float(np.arctan(terry.friction_table))).drawing(np.empty((0, 3))))
 
 

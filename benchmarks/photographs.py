@@ -115,7 +115,7 @@ def scene(garment: Garment, tilt: float, look: Look, seed: int) -> tuple[Shot, C
 def photographs(path: Path) -> Iterator[tuple[str, Photograph, Pose]]:
     """The same photograph with each scale, and the pose of its frame on the first page's."""
     both = read_photograph(path, BOARD)
-    seen = [page.corners for page in find_pages(np.asarray(Image.open(path).convert("L")), BOARD)]
+    seen = find_pages(np.asarray(Image.open(path).convert("L")), BOARD)
     size = both.view.size
     yield "two pages", both, Pose()
     yield "one page, lens known", replace(both, view=estimate(seen[:1], size, KNOWN)), Pose()

@@ -25,7 +25,7 @@ from tatamu.calibration.fading import Fading
 from tatamu.calibration.plate import Plate
 from tatamu.calibration.readings import Errors
 from tatamu.calibration.sag import Sag
-from tatamu.calibration.swing import Swinging, TenSwings
+from tatamu.calibration.swing import TenSwings
 from tatamu.garments import make_garment
 from tatamu.simulation.material import GRAVITY, Material, load_material
 from tatamu.simulation.simulators import simulate
@@ -67,15 +67,15 @@ def plate(random: np.random.Generator) -> tuple[Material, Tables]:
 def swing(random: np.random.Generator) -> tuple[Material, Tables]:
     """Ten swings by a stopwatch."""
     hidden = _air(random)
-    test = TenSwings(_swinging(0.07), None)
+    test = _ten_swings()
     return hidden, {"swing": _swing(test, hidden, random)}
 
 
 def fading(random: np.random.Generator) -> tuple[Material, Tables]:
     """Ten swings, and swings until a quarter."""
     hidden = _air(random)
-    ten = TenSwings(_swinging(0.07), None)
-    test = Fading(ten.swinging, 0.0175, 4.0)
+    ten = _ten_swings()
+    test = Fading(ten.garment, ten.edge, ten.aside, 0.0175, 4.0)
     count = test.reading(simulate(test.scene(hidden))) + ERRORS.swings * random.standard_normal()
     table = {"edge": "bottom", "aside": 0.07, "to": 0.0175, "count": [max(0.3, float(count))]}
     return hidden, {"swing": _swing(ten, hidden, random), "fading": table}
@@ -145,8 +145,8 @@ def _air(random: np.random.Generator) -> Material:
     )
 
 
-def _swinging(aside: float) -> Swinging:
-    return Swinging(make_garment("towel", size=SIZE), "bottom", aside)
+def _ten_swings() -> TenSwings:
+    return TenSwings(make_garment("towel", size=SIZE), "bottom", 0.07, None)
 
 
 def _read(length: float, random: np.random.Generator) -> float:
@@ -156,7 +156,7 @@ def _read(length: float, random: np.random.Generator) -> float:
 
 def _swing(test: TenSwings, hidden: Material, random: np.random.Generator) -> dict[str, Any]:
     seconds = test.reading(simulate(test.scene(hidden))) + ERRORS.time * random.standard_normal()
-    return {"edge": "bottom", "aside": test.swinging.aside, "ten_swings": float(seconds)}
+    return {"edge": "bottom", "aside": test.aside, "ten_swings": float(seconds)}
 
 
 def recovered(name: str, draw: int) -> dict[str, Any]:

@@ -7,17 +7,19 @@ import tomllib
 from collections.abc import Set
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import validated
 from tatamu.calibration import Measurements
 from tatamu.calibration.advice import NAMES
+from tatamu.calibration.estimate import Estimate
 from tatamu.calibration.measurements import TESTS, instructions, table
 from tatamu.calibration.parameters import LIMITS, PARAMETERS
-from tatamu.calibration.readings import Errors
+from tatamu.calibration.readings import Errors, Reading
 from tatamu.calibration.setup import setup_of
-from tatamu.calibration.test import ElasticTest, LaterTest
+from tatamu.calibration.test import ElasticTest, LaterTest, texts
 from tatamu.garments import make_garment
 
 GARMENT = {"name": "towel", "size": [0.3, 0.6], "mass": 0.04}
@@ -89,10 +91,13 @@ def test_a_test_that_needs_others_is_refused_without_them(left_out: Set[str], sa
 
 @pytest.mark.parametrize("name", TESTS)
 def test_a_test_has_words_for_each_of_its_readings_and_no_other(name: str) -> None:
-    test, entry = TESTS[name], made().entries()[name]
-    assert set(entry.readings(Errors())) == set(test.words) <= set(NAMES)
+    test, entry, words = TESTS[name], made().entries()[name], texts(name)["words"]
+    assert set(entry.readings(Errors())) == set(words) <= set(NAMES)
+    assert all(texts(name)[key] for key in ("title", "read", "instructions", "template"))
+    assert bool(test.needs) == ("needs_because" in texts(name)) and bool(test.asks) == ("without" in texts(name))
+    assert bool(test.yields_to) == ("yields_because" in texts(name))
     if issubclass(test, ElasticTest):
-        assert set(test.reads) <= set(test.words)
+        assert set(test.reads) <= set(words)
         assert test.size is None or test.size in made().readings()
 
 
@@ -110,6 +115,20 @@ def test_the_template_of_a_test_is_its_table(name: str) -> None:
     text = re.sub(r"^# (\[|\w+ = )", r"\1", table(name, make_garment("towel")), flags=re.MULTILINE)
     assert list(tomllib.loads(text)) == [name]
     assert set(tomllib.loads(text)[name]) == set(TESTS[name].entry.model_fields)
+
+
+@pytest.mark.parametrize("name", TESTS)
+@pytest.mark.parametrize("bound", ["at least", "at most", None])
+def test_a_test_advises_on_a_bound_and_on_a_poor_reading(name: str, bound: str | None) -> None:
+    readings, setup = made().readings(), setup_of(made())
+    material = setup.base.model_copy(update={"shear_stiffness": 40.0, "bending_hysteresis": 1e-3})
+    test = setup.tests[name]
+    fit = test.fit(Reading(0.02, 0.001), 0.021, bound, ((0.5, 0.02),))
+    poor = {"mass": np.full(len(PARAMETERS), 0.8)}
+    for thin in (material, material.model_copy(update={"bending_rigidity": 1e-8})):
+        advice = test.advice(Estimate(thin, "native", (fit,), poor, readings, (), {}), fit)
+        assert all(text.startswith(f"{name}: ") and "{" not in text for text in advice)
+        assert len(advice) == 1 or bound is None
 
 
 def test_the_guide_numbers_the_tests_and_names_their_tables() -> None:

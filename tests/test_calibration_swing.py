@@ -11,7 +11,7 @@ from tatamu.base.errors import InputError
 from tatamu.calibration import Calibration, Measurements, advice_on, calibrate
 from tatamu.calibration.fading import Fading, FadingReadings
 from tatamu.calibration.page import page
-from tatamu.calibration.swing import Swinging, TenSwings
+from tatamu.calibration.swing import TenSwings
 from tatamu.garments import make_garment
 from tatamu.simulation.simulators import simulate
 from tests.readings import of_towel
@@ -29,9 +29,8 @@ def truth() -> tuple[float, float]:
     """What a stopwatch and a ruler would read of the hidden air."""
     garment = make_garment("towel", size=SIZE, spacing=SPACING)
     hidden = garment.material.model_copy(update=AIR)
-    swinging = Swinging(garment, "bottom", 0.08)
-    ten = TenSwings(swinging, None)
-    fading = Fading(swinging, 0.02, 4.0)
+    ten = TenSwings(garment, "bottom", 0.08, None)
+    fading = Fading(garment, "bottom", 0.08, 0.02, 4.0)
     return (ten.reading(simulate(ten.scene(hidden))), fading.reading(simulate(fading.scene(hidden))))
 
 

@@ -86,7 +86,7 @@ def test_without_lens_and_second_page_the_pose_is_stated_to_be_worse() -> None:
     true = SHOT.camera()
     smooth = photograph(replace(SHOT, finer=2), None, PAPERS)  # pixels that are no means of rays move corners
     edge = true.project(np.column_stack([PLACE.place(0.5 * np.array([[0.3, 0.2], [0.3, -0.2]])), np.zeros(2)]))
-    seen = [page.corners for page in find_pages(np.asarray(Image.fromarray(smooth).convert("L")), PAGES)]
+    seen = find_pages(np.asarray(Image.fromarray(smooth).convert("L")), PAGES)
     lens = Lens(width=1000, height=750, focal=800, centre=(499.5, 374.5), distortion=(0.02, -0.01))
     views = [estimate(seen[:1], SHOT.size), estimate(seen, SHOT.size), estimate(seen[:1], SHOT.size, lens)]
     off = [np.linalg.norm(v.camera.on_table(edge) - true.on_table(edge), axis=1).max() for v in views]

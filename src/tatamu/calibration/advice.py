@@ -8,7 +8,7 @@ from tatamu.calibration.estimate import Fit
 from tatamu.calibration.measurements import TESTS
 from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS
 from tatamu.calibration.result import Calibration
-from tatamu.calibration.test import millimetres
+from tatamu.calibration.test import millimetres, texts
 from tatamu.show.quantity import filed, shown, usual
 
 MORE = 3
@@ -27,7 +27,7 @@ NAMES = {
     "chance": "where folds of the simulated cloth begin",
     "search": f"the last step of the search for {' and '.join(_named(samples='speed'))}",
     "disagreement": f"{' and '.join(_named(parameter='bending_rigidity'))}, which disagree",
-    **{reading: words for test in TESTS.values() for reading, words in test.words.items()},
+    **{reading: words for test in TESTS for reading, words in texts(test)["words"].items()},
 }
 """Names in words of everything that contributes to the uncertainty: readings, and causes such as the search."""
 

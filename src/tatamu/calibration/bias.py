@@ -17,22 +17,25 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.calibration.elongation import hanging_scene
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, Changes, LaterTest, Readings, RestTest, Specimen, millimetres
+from tatamu.calibration.readings import Length, Lengths, TestEntry
+from tatamu.calibration.test import CLOTH, Changes, LaterTest, Readings, RestTest, Specimen
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
-from tatamu.simulation.material import GRAVITY, Material, settling
+from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Cloth, Gripper, Scene
+from tatamu.simulation.scene import Cloth, Scene
 
 
 class BiasReadings(TestEntry):
     """Lengths of a strip that is cut at 45 degrees to the yarns, hanging and lying."""
+
+    taken: ClassVar = {"bias_L1": ("L1", "length"), "bias_L2": ("L2", "length")}
 
     width: Length
     """Width of the strip [m]."""
@@ -53,9 +56,6 @@ class BiasReadings(TestEntry):
             )
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"bias_L1": Reading.of(self.L1, errors.length), "bias_L2": Reading.of(self.L2, errors.length)}
-
 
 @dataclass(frozen=True)
 class Bias(LaterTest, RestTest):
@@ -69,14 +69,10 @@ class Bias(LaterTest, RestTest):
     """Edge length of the mesh [m]; None for a fixed fraction of the strip's width."""
 
     name = "bias"
-    title = "Bias: shear stiffness G"
     parameter = "shear_stiffness"
     entry = BiasReadings
     needs = ("elongation",)
-    needs_because = "the stiffness along the yarns also changes the length of the strip"
-    asks = ("orthotropy", "knows no shear stiffness of its own")
-    read = "L1 - L2 on the bias"
-    words: ClassVar = {"bias_L1": "L1 on the bias", "bias_L2": "L2 on the bias"}
+    asks = "orthotropy"
     reads: ClassVar = {"bias_L1": 1.0, "bias_L2": -1.0}
 
     @classmethod
@@ -90,22 +86,16 @@ class Bias(LaterTest, RestTest):
         return flat[:, :2] + [0.5 * self.length, 0.0], faces
 
     def scene(self, material: Material) -> Scene:
-        rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         plan, faces = self.mesh
         nothing = np.zeros(len(plan))
-        held = np.flatnonzero(plan[:, 0] < 1e-9)
-        return Scene(
-            cloth=Cloth(
-                vertices=np.column_stack([nothing, plan[:, 1], -plan[:, 0]]),
-                rest_vertices=np.column_stack([plan, nothing]),
-                faces=faces,
-                fibre=np.array([[1.0, 1.0, 0.0]]),
-            ),
-            material=settling(material.model_copy(update={"compression": 1.0}), rate),
-            grippers=[Gripper(vertices=held.tolist(), times=[0.0], displacements=np.zeros((1, 3)))],
-            duration=14.0 / rate,  # until the slowest motion has died out
-            frame_rate=30.0,
+        cloth = Cloth(
+            vertices=np.column_stack([nothing, plan[:, 1], -plan[:, 0]]),
+            rest_vertices=np.column_stack([plan, nothing]),
+            faces=faces,
+            fibre=np.array([[1.0, 1.0, 0.0]]),
         )
+        held = np.flatnonzero(plan[:, 0] < 1e-9)
+        return hanging_scene(cloth, [held], self.length, material.model_copy(update={"compression": 1.0}))
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         end = self.mesh[0][:, 0] > self.length - 1e-9
@@ -123,7 +113,7 @@ class Bias(LaterTest, RestTest):
             found = found.after(((beside, also),))
         return material.model_copy(update={self.parameter: found.parameter}), target.fit(found, found.reading)
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The elongation e depends on Y / rho and G / rho, with the stretch stiffness Y, the shear stiffness G and the
         # areal density rho. The elongation is about proportional to rho. With s = -de/dln G, a change of the three
         # parameters changes e by
@@ -131,45 +121,30 @@ class Bias(LaterTest, RestTest):
         #     e dln rho - s dln G - (e - s) dln Y
         slope = -fit.slope if fit.slope else max(fit.measured, fit.uncertainty)
         whole = fit.measured / slope
-        yarns = min(1.0 - whole, 0.0)
-        density, stretch, shear = (PLACE[each] for each in ("areal_density", "stretch_stiffness", self.parameter))
-        own = {"bias_L1": -1.0 / slope, "bias_L2": 1.0 / slope}
-        bounded = not any(change[stretch] for change in changes.values())
-        for name, change in changes.items():
-            change[shear] = whole * change[density] + yarns * change[stretch]
-            if name in own:
-                change[shear] += own[name] * readings[name].uncertainty
-            if name == "L1" and bounded:
-                change[shear] += yarns  # ln Y has a standard uncertainty of 1 if elongation only bounds Y
+        by_parameter = {"areal_density": whole, "stretch_stiffness": min(1.0 - whole, 0.0)}
+        return by_parameter, {"bias_L1": -1.0 / slope, "bias_L2": 1.0 / slope}
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        shear = getattr(estimate.material, self.parameter)
-        return (
-            f"bias: {millimetres(fit.measured)} is within its reading error ({millimetres(fit.uncertainty)}), so G is "
-            f"{fit.bound} {shear:.3g} N/m. A longer strip would tell more, because its elongation grows with the "
-            "square of its length."
-        )
-
-    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
-        read = millimetres(fit.measured)
-        return f"bias: {read} gives G only to within {100 * relative:.0f} %; read L1 and L2 more often."
+    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+        super().propagate(changes, readings, fit)
+        if not any(change[PLACE["stretch_stiffness"]] for change in changes.values()):
+            # ln Y has a standard uncertainty of 1 if elongation only bounds Y
+            changes["L1"][PLACE[self.parameter]] += self.derivatives(readings, fit)[0]["stretch_stiffness"]
 
     def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]
-        flat = self.mesh[0][:, ::-1] * [1.0, -1.0]
-        aside = np.array([0.45 * self.length, 0.0])
+        lying = self.mesh[0][:, ::-1] * [1.0, -1.0] + [0.45 * self.length, 0.0]
         room = np.array([0.2 * self.length, 0.03 * self.length])
-        drawing = Drawing.around(np.concatenate([hung - room, hung + room, flat + aside + room]), 240.0, 300.0)
+        drawing = Drawing.around(np.concatenate([hung - room, hung + room, lying + room]), 240.0, 300.0)
         edges = Topology(self.mesh[1]).edges
-        for view, end, name in ((hung, hung[:, 1].min(), "L1"), (flat + aside, -self.length, "L2")):
+        for view, end, name in ((hung, hung[:, 1].min(), "L1"), (lying, -self.length, "L2")):
             drawing.add(Segments(view[edges], CLOTH, 0.5, opacity=0.6))
             right = view[:, 0].max() + 0.04 * self.length
-            drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
+            drawing.dimension((right, 0.0), (right, end), name)
         half = 0.5 * self.width
-        drawing.line(np.array([[-half, 0.0], [half, 0.0]]), "muted", 7.0)
-        middle = aside - [0.0, 0.5 * self.length]
+        drawing.line([(-half, 0.0), (half, 0.0)], "muted", 7.0)
+        middle = self.length * np.array([0.45, -0.5])
         for turn in (1.0, -1.0):
             yarn = 0.8 * half * np.array([1.0, turn])
-            drawing.arrow(np.array([middle - yarn, middle + yarn]), "ink", 1.2, both=True)
-        drawing.label(middle - np.array([0.0, 0.9 * half]), "yarns", "ink", (0.0, -1.0))
+            drawing.arrow([middle - yarn, middle + yarn], "ink", 1.2, both=True)
+        drawing.label(middle - [0.0, 0.9 * half], "yarns", "ink", (0.0, -1.0))
         return drawing.svg()

@@ -17,9 +17,9 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.readings import Angles, Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen, strip_profile
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, dash, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import ROW, staggered_rectangle
@@ -73,14 +73,10 @@ class PressedCrease(ElasticTest):
     """Bending length of the garment's material before the calibration [m], for the first guess."""
 
     name = "crease"
-    title = "Crease: friction of bending HB"
     parameter = "bending_hysteresis"
     entry = CreaseReadings
     needs = ("sag",)
-    needs_because = "the test gives only the ratio of bending friction and bending rigidity"
-    asks = ("hysteresis", "knows no friction of bending")
-    read = "arc of the angle at 30 mm"
-    words: ClassVar = {"angle": "the angle that stays (its arc at 30 mm)"}
+    asks = "hysteresis"
     reads: ClassVar = {"angle": 1.0}
     rising = True
     weighs = False
@@ -162,29 +158,21 @@ class PressedCrease(ElasticTest):
         )
         return f"Remaining angle: measured {measured:.1f} ± {error:.1f}°, simulated {simulated:.1f}°."
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        friction = 1e3 * estimate.material.bending_hysteresis
-        stays, other = ("hardly bent", "longer") if fit.bound == "at most" else ("nearly closed", "shorter")
-        return (
-            f"crease: the hinge stays {stays}, which says only that HB is {fit.bound} {friction:.2g} mN; a {other} gap "
-            "would tell more."
-        )
-
     def drawing(self, shape: np.ndarray) -> str:
         side = self.side(shape)
         board = 2.0 * self.gap
         first, last = (side[near] - side[next_] for near, next_ in ((0, 1), (-1, -2)))
-        outer = [at + board * way / np.linalg.norm(way) for at, way in ((side[0], first), (side[-1], last))]
-        flat = side[-1] - board * first / np.linalg.norm(first)
         middle = side[-1]
-        drawing = Drawing.around(np.concatenate([side, outer, [flat - np.array([0.0, 0.2 * board])]]), 320.0, 200.0)
-        drawing.line(np.vstack([middle - [self.gap, 0.0], flat]), "muted", 1.0, dash=DASH)
-        for at, far in zip((side[0], side[-1]), outer, strict=True):
-            drawing.line(np.array([at, far]), "muted", 7.0)
+        outer = [at + board * way / np.linalg.norm(way) for at, way in ((side[0], first), (middle, last))]
+        flat = middle - board * first / np.linalg.norm(first)
+        drawing = Drawing.around(np.concatenate([side, outer, [flat - [0.0, 0.2 * board]]]), 320.0, 200.0)
+        dash(drawing, [middle - [self.gap, 0.0], flat])
+        for at, far in zip((side[0], middle), outer, strict=True):
+            drawing.line([at, far], "muted", 7.0)
         drawing.line(side, CLOTH, 3.5)
         turn = np.linspace(0.0, self.angle_of(shape), 24)
         drawing.line(middle + 0.8 * board * np.column_stack([np.cos(turn), np.sin(turn)]), "reading", 1.2)
         half = 0.5 * turn[-1]
         drawing.label(middle + 0.95 * board * np.array([np.cos(half), np.sin(half)]), "angle", "reading")
-        drawing.label((0.5 * (side[0] + side[-1])) + [0.0, -0.25 * board], "gap", "ink")
+        drawing.label(0.5 * (side[0] + middle) - [0.0, 0.25 * board], "gap", "ink")
         return drawing.svg()

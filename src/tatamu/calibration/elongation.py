@@ -13,18 +13,18 @@ from typing import Annotated, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from tatamu.base.curves import arc_lengths, length
 from tatamu.base.errors import InputError
 from tatamu.base.records import Record
-from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.readings import Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, millimetres
+from tatamu.calibration.readings import Length, Lengths, TestEntry
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Segments
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Gripper, Scene
+from tatamu.simulation.scene import Cloth, Gripper, Scene
 
 HUNG_BY = {"towel": ["bottom"], "tshirt": ["left_shoulder", "right_shoulder"], "trousers": ["waist"]}
 """Edges by which each of these garments hangs, by its name. Other garments hang by their longest edge."""
@@ -43,6 +43,8 @@ class Grasp(Record):
 
 class ElongationReadings(TestEntry):
     """Hanging and lying length of the garment (paper, section IV-A, Fig. 1)."""
+
+    taken: ClassVar = {"L1": ("L1", "length"), "L2": ("L2", "length")}
 
     grasps: Annotated[list[Grasp], Field(min_length=1)]
     """Grips by which the garment hangs."""
@@ -67,9 +69,6 @@ class ElongationReadings(TestEntry):
             )
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"L1": Reading.of(self.L1, errors.length), "L2": Reading.of(self.L2, errors.length)}
-
 
 @dataclass(frozen=True)
 class Elongation(ElasticTest):
@@ -79,11 +78,8 @@ class Elongation(ElasticTest):
     grasps: Sequence[Grasp]
 
     name = "elongation"
-    title = "Elongation: stretch stiffness Y"
     parameter = "stretch_stiffness"
     entry = ElongationReadings
-    read = "L1 - L2"
-    words: ClassVar = {"L1": "L1, the hanging length", "L2": "L2, the lying length"}
     reads: ClassVar = {"L1": 1.0, "L2": -1.0}
     size = "length"
 
@@ -140,18 +136,11 @@ class Elongation(ElasticTest):
         return material.areal_density * GRAVITY * self.length**2 / (2.0 * elongation)
 
     def scene(self, material: Material) -> Scene:
-        rate = 2.0 * float(np.sqrt(GRAVITY / self.length))
         apart = 2.0 * self.garment.vertices[:, 2]  # contact would push closer layers apart in the grip
         cloth = self.garment.cloth()
         start = np.column_stack([apart, self.plan[:, 0], -self.plan[:, 1]])
-        grippers = [Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in self.held]
-        return Scene(
-            cloth=cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest}),
-            material=settling(material, rate),
-            grippers=grippers,
-            duration=14.0 / rate,  # until the slowest motion has died out
-            frame_rate=30.0,
-        )
+        hung = cloth.model_copy(update={"vertices": start, "rest_vertices": cloth.rest})
+        return hanging_scene(hung, self.held, self.length, material)
 
     def reading(self, rollout: Rollout, frame: int = -1) -> float:
         return float(-rollout.positions[frame, self.end, 2].mean()) - self.length
@@ -159,39 +148,36 @@ class Elongation(ElasticTest):
     def straight(self, reading: float) -> float:
         return float(np.log(max(reading, 1e-9)))
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        return (
-            f"elongation: {millimetres(fit.measured)} is within its reading error ({millimetres(fit.uncertainty)}), so "
-            f"Y is at least {estimate.material.stretch_stiffness:.0f} N/m, which is enough for folding."
-        )
-
-    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
-        return (
-            f"elongation: {millimetres(fit.measured)} read to {millimetres(fit.uncertainty)} gives Y only to within "
-            f"{100 * relative:.0f} %. Read L1 and L2 more often, or hang the garment so that it is longer, because "
-            "elongation grows with the square of the length."
-        )
-
     def drawing(self, shape: np.ndarray) -> str:
         hung = shape[:, 1:]
-        flat = self.plan * [1.0, -1.0]
-        aside = np.array([1.45 * np.ptp(flat[:, 0]), 0.0])
-        room = np.array([[0.25 * aside[0], 0.06 * np.ptp(flat[:, 1])]])
-        drawing = Drawing.around(np.concatenate([hung, flat + aside, (flat + aside).max(0)[None] + room]), 340.0, 260.0)
+        wide, tall = np.ptp(self.plan, axis=0)
+        lying = self.plan * [1.0, -1.0] + [1.45 * wide, 0.0]
+        room = lying.max(axis=0) + np.array([0.25 * (1.45 * wide), 0.06 * tall])
+        drawing = Drawing.around(np.concatenate([hung, lying, room[None]]), 340.0, 260.0)
         edges = Topology(self.garment.faces).edges
-        for view in (hung, flat + aside):
+        for view in (hung, lying):
             drawing.add(Segments(view[edges], CLOTH, 0.5, opacity=0.6))
         for held in self.held:
             grip = hung[held]
-            ends = grip[[grip[:, 0].argmin(), grip[:, 0].argmax()]]
-            drawing.line(ends, "muted", 7.0)
-        for view, end, name in ((hung, hung[self.end, 1].mean(), "L1"), (flat + aside, -self.length, "L2")):
-            right = view[:, 0].max() + 0.04 * aside[0]
-            drawing.dimension(np.array([right, 0.0]), np.array([right, end]), name)
-        top = hung[:, 1].max() + 0.01 * np.ptp(flat[:, 1])
-        drawing.label((hung[:, 0].mean(), top), "hanging", "muted", (0.0, 1.0))
-        drawing.label(((flat + aside)[:, 0].mean(), top), "lying", "muted", (0.0, 1.0))
+            drawing.line(grip[[grip[:, 0].argmin(), grip[:, 0].argmax()]], "muted", 7.0)
+        for view, end, name in ((hung, hung[self.end, 1].mean(), "L1"), (lying, -self.length, "L2")):
+            right = view[:, 0].max() + 0.04 * (1.45 * wide)
+            drawing.dimension((right, 0.0), (right, end), name)
+        for view, words in ((hung, "hanging"), (lying, "lying")):
+            drawing.label((view[:, 0].mean(), hung[:, 1].max() + 0.01 * tall), words, "muted", (0.0, 1.0))
         return drawing.svg()
+
+
+def hanging_scene(cloth: Cloth, grips: Sequence[np.ndarray], length: float, material: Material) -> Scene:
+    """Return a scene in which cloth of a length [m] hangs from the vertices of grips until it is at rest."""
+    rate = 2.0 * float(np.sqrt(GRAVITY / length))
+    return Scene(
+        cloth=cloth,
+        material=settling(material, rate),
+        grippers=[Gripper(vertices=each.tolist(), times=[0.0], displacements=np.zeros((1, 3))) for each in grips],
+        duration=14.0 / rate,  # until the slowest motion has died out
+        frame_rate=30.0,
+    )
 
 
 def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
@@ -202,7 +188,7 @@ def held_vertices(garment: Garment, grasp: Grasp) -> np.ndarray:
     """
     path = named_edge(garment, grasp.edge)
     flat = garment.vertices[:, :2]
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flat[path], axis=0), axis=1))])
+    arc = arc_lengths(flat[path])
     if grasp.width is not None:
         away = np.abs(arc - grasp.at * arc[-1])
         path = path[away <= max(grasp.width / 2 + 1e-9, np.sort(away)[1])]
@@ -232,5 +218,4 @@ def longest_edge(garment: Garment) -> str:
     names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
     if not names:
         raise InputError(f"garment: {garment.name} has no named edges at which it can hang")
-    flat = garment.vertices
-    return max(names, key=lambda name: np.linalg.norm(np.diff(flat[garment.edges[name]], axis=0), axis=1).sum())
+    return max(names, key=lambda name: length(garment.vertices[garment.edges[name]]))

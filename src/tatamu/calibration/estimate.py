@@ -11,6 +11,9 @@ from tatamu.calibration.parameters import OPTIONAL, PARAMETERS, PLACE
 from tatamu.calibration.readings import Reading
 from tatamu.simulation.material import Material
 
+Samples = tuple[tuple[float, float], ...]
+"""Values of a parameter that were simulated, each with its reading, or its speed [m/s] for friction."""
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -29,8 +32,7 @@ class Fit:
     unit: str
     bound: str | None
     """Bound of the parameter, "at least" or "at most"; None if the test determines the value of the parameter."""
-    samples: tuple[tuple[float, float], ...]
-    """Values of the parameter that were simulated, each with its reading, or its speed [m/s] for friction."""
+    samples: Samples
     alone: float | None = None
     """Value of the parameter by this test alone; None if the material's value is from this test only. Several tests may
     determine the parameter, or the value that was assumed before may satisfy this test's bound."""

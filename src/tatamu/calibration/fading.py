@@ -17,12 +17,11 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import model_validator
 
-from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.instruments.oscillation import swings
-from tatamu.calibration.parameters import LIMITS, PLACE
-from tatamu.calibration.readings import Counts, Errors, Length, Lengths, Reading, TestEntry
-from tatamu.calibration.swing import MIN_AMPLITUDE, Swinging, SwungTest
-from tatamu.calibration.test import Changes, Readings, Specimen
+from tatamu.calibration.estimate import Fit
+from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.readings import Counts, Length, Lengths, TestEntry
+from tatamu.calibration.swing import SwungTest
+from tatamu.calibration.test import Readings, Specimen
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
@@ -30,6 +29,8 @@ from tatamu.simulation.scene import Scene
 
 class FadingReadings(TestEntry):
     """Readings of a cloth that is held by two corners and released from the side, until its swings have faded."""
+
+    taken: ClassVar = {"count": ("count", "swings")}
 
     edge: str
     """Name of the edge whose two ends are held."""
@@ -47,9 +48,6 @@ class FadingReadings(TestEntry):
             raise ValueError(f"to ({self.to:g} m) must be at most 0.8 of aside ({aside:g} m), so that the swing fades")
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"count": Reading.of(self.count, errors.swings, "-")}
-
 
 @dataclass(frozen=True)
 class Fading(SwungTest):
@@ -61,33 +59,25 @@ class Fading(SwungTest):
     """Number of swings that were counted. The simulation lasts a little longer."""
 
     name = "fading"
-    title = "Fading: drag of the air q_n"
     parameter = "air_drag_quadratic"
-    unit = "-"
     rising = False
     within = 5e-3
     replaces: ClassVar = {"air_drag": 0.0}  # the drag that was assumed
     entry = FadingReadings
     needs = ("swing",)
-    needs_because = "drag also slows the air that swings with the cloth"
-    asks = ("directional_air", "knows no drag by the square of a velocity")
-    read = "swings until it has faded"
-    words: ClassVar = {"count": "the number of swings until it has faded"}
+    asks = "directional_air"
 
     @classmethod
     def of(cls, entry: FadingReadings, specimen: Specimen) -> Self:
-        swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
-        swinging.check(cls.name)
-        return cls(swinging, entry.to, float(np.mean(entry.count)))
+        return cls(specimen.garment, entry.edge, float(np.mean(entry.aside)), entry.to, float(np.mean(entry.count)))
 
     def scene(self, material: Material) -> Scene:
-        return self.swinging.scene(material.model_copy(update={"air_drag": 0.0}), 1.3 * self.counted + 2.0)
+        return self.released(material.model_copy(update={"air_drag": 0.0}), 1.3 * self.counted + 2.0)
 
     def reading(self, rollout: Rollout) -> float:
-        signal = self.swinging.signal(rollout)
-        found = swings(rollout.times, signal, MIN_AMPLITUDE * abs(float(signal[0])))
+        first, found = self.swings(rollout)
         numbers = np.array([0.0, *(0.75 + 0.5 * k for k in range(len(found)))])
-        inverse = np.maximum.accumulate([1.0 / abs(float(signal[0])), *(2.0 / each.amplitude for each in found)])
+        inverse = np.maximum.accumulate([1.0 / first, *(2.0 / each.amplitude for each in found)])
         if inverse[-1] >= 1.0 / self.to:
             return float(np.interp(1.0 / self.to, inverse, numbers))
         slope = (inverse[-1] - inverse[0]) / max(numbers[-1], 1.0)
@@ -95,26 +85,18 @@ class Fading(SwungTest):
         return float(min(ends, 200.0))  # the most, for swings that do not fade, too
 
     def guess(self, count: float, material: Material) -> float:
-        inverse = 1.0 / self.to - 1.0 / self.swinging.aside
+        inverse = 1.0 / self.to - 1.0 / self.aside
         heavy = material.areal_density + material.air_added_mass
         return float(np.clip(heavy * inverse / (2.0 * count), *LIMITS[self.parameter]))
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The drag is q_n = (rho + m_a) (1 / to - 1 / aside) / 2 n. Here n is the number of swings, `aside` the first
         # amplitude and `to` the last one. The areal density rho and the added mass m_a are taken as equally large.
-        density, air = (PLACE[name] for name in ("areal_density", "air_added_mass"))
-        for change in changes.values():
-            change[PLACE[self.parameter]] += 0.5 * (change[density] + change[air])
-        measured = readings["count"]
-        by_count = 1.0 / fit.slope if fit.slope else -1.0 / measured.value
-        changes["count"][PLACE[self.parameter]] += by_count * measured.uncertainty
+        by_count = 1.0 / fit.slope if fit.slope else -1.0 / readings["count"].value
+        return {"areal_density": 0.5, "air_added_mass": 0.5}, {"count": by_count}
 
     def sentence(self, fit: Fit) -> str:
         return (
             f"Swings counted: {fit.measured:.1f} ± {fit.uncertainty:.1f}; simulated: {fit.simulated:.2f}, from "
-            f"{1e3 * self.swinging.aside:.0f} to {1e3 * self.to:.0f} mm aside."
+            f"{1e3 * self.aside:.0f} to {1e3 * self.to:.0f} mm aside."
         )
-
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        does = "fades sooner even without drag" if fit.bound == "at most" else "goes on longer whatever the drag"
-        return f"fading: {fit.measured:g} swings were counted, but the simulated cloth {does}: was the air still?"

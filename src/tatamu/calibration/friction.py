@@ -15,9 +15,8 @@ from pydantic import model_validator
 
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, Changes, LaterTest, Readings, Specimen
+from tatamu.calibration.readings import Lengths, Reading, TestEntry
+from tatamu.calibration.test import CLOTH, LaterTest, Readings, Specimen
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -40,6 +39,8 @@ MAX_FRICTION = 3.0
 class FrictionReadings(TestEntry):
     """Length of the board, and height of its lifted end when the cloth slides (paper, section IV-B)."""
 
+    taken: ClassVar = {"L_t": ("L_t", "length"), "H_s": ("H_s", "H_s")}
+
     L_t: Lengths
     """Length of the board from the lower end to the lifted end [m]."""
     H_s: Lengths
@@ -61,9 +62,6 @@ class FrictionReadings(TestEntry):
             )
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"L_t": Reading.of(self.L_t, errors.length), "H_s": Reading.of(self.H_s, errors.H_s)}
-
 
 @dataclass(frozen=True)
 class Slope(LaterTest):
@@ -73,11 +71,8 @@ class Slope(LaterTest):
     """Slope theta of the board [rad]."""
 
     name = "friction"
-    title = "Friction: coefficient μ on the table"
     parameter = "friction_table"
     entry = FrictionReadings
-    read = "theta"
-    words: ClassVar = {"L_t": "L_t, the board", "H_s": "H_s, the lifted end"}
     samples = "speed"
 
     @classmethod
@@ -117,32 +112,19 @@ class Slope(LaterTest):
             return self.speed(laboratory.run(scene, self.name))
 
         found = threshold(speed, self.textbook)
-        board = readings["L_t"]
-        height = readings["H_s"]
+        board, height = readings["L_t"], readings["H_s"]
         both = np.hypot(height.uncertainty, np.sin(self.angle) * board.uncertainty)
-        fit = Fit(
-            test=self.name,
-            parameter=self.parameter,
-            measured=self.angle,
-            uncertainty=float(both / (board.value * np.cos(self.angle))),
-            aim=self.angle,
-            simulated=self.angle,
-            unit="rad",
-            bound=found.bound,
-            samples=found.samples,
-            resolution=float((found.sticks - found.slides) / found.coefficient / np.sqrt(12.0)),
-        )
+        slope = Reading(self.angle, float(both / (board.value * np.cos(self.angle))), unit="rad")
+        resolution = float((found.sticks - found.slides) / found.coefficient / np.sqrt(12.0))
+        fit = self.fit(slope, self.angle, found.bound, found.samples, resolution=resolution)
         return material.model_copy(update={"friction_table": found.coefficient}), fit
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The coefficient is mu = tan(theta), where theta is the slope of the board. The slope follows from sin(theta) =
         # H_s / L_t, with the height H_s of the lifted end and the length L_t of the board.
-        board = readings["L_t"]
-        height = readings["H_s"]
         per_radian = 2.0 / np.sin(2.0 * self.angle)  # d ln tan(theta) / d theta
-        per_height = per_radian / (board.value * np.cos(self.angle))
-        changes["H_s"][PLACE[self.parameter]] = per_height * height.uncertainty
-        changes["L_t"][PLACE[self.parameter]] = -per_height * np.sin(self.angle) * board.uncertainty
+        per_height = per_radian / (readings["L_t"].value * np.cos(self.angle))
+        return {}, {"H_s": per_height, "L_t": -per_height * np.sin(self.angle)}
 
     def record(self) -> dict[str, float]:
         return {"tan_theta": self.textbook}
@@ -153,35 +135,23 @@ class Slope(LaterTest):
             f"tan θ = {self.textbook:.3f}."
         )
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        does = "slides on this slope whatever the coefficient" if fit.bound == "at least" else "sticks without friction"
-        return (
-            f"friction: {estimate.simulator} {does}, so tan(theta) is used, although {estimate.simulator} cannot "
-            "reproduce the slope."
-        )
-
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         off = estimate.material.friction_table / self.textbook - 1.0
-        if abs(off) < 0.02:
-            return []
-        return [
-            f"friction: cloth in {estimate.simulator} slides on this slope with a coefficient {100 * off:+.0f} % off "
-            f"tan(theta) = {self.textbook:.3f}, which is valid for this simulator only."
-        ]
+        values = {"simulator": estimate.simulator, "off": 100 * off, "textbook": self.textbook}
+        return [] if abs(off) < 0.02 else [self.texts["remark"].format(**values)]
 
     def drawing(self, shape: np.ndarray) -> str:
         board = 0.6
-        foot = np.zeros(2)
         top = board * np.array([np.cos(self.angle), np.sin(self.angle)])
+        right, high = top
         normal = np.array([-np.sin(self.angle), np.cos(self.angle)])
-        drawing = Drawing.around(np.array([foot, (top[0] + 0.08, top[1] + 0.05), (top[0] + 0.1, 0.0)]), 320.0, 240.0)
-        drawing.line(np.array([foot - [0.02, 0.0], [top[0] + 0.1, 0.0]]), "muted", 1.5)
-        drawing.line(np.array([foot, top]), "muted", 5.0)
-        middle = 0.55 * top
+        drawing = Drawing.around(np.array([(0.0, 0.0), (right + 0.08, high + 0.05), (right + 0.1, 0.0)]), 320.0, 240.0)
+        drawing.line([(-0.02, 0.0), (right + 0.1, 0.0)], "muted", 1.5)
+        drawing.line([(0.0, 0.0), top], "muted", 5.0)
         half = 0.5 * 1.2 * SIZE[1] * top / board
-        drawing.line(np.array([middle - half, middle + half]) + 0.012 * normal, CLOTH, 5.0)
-        drawing.dimension(np.array([top[0] + 0.03, 0.0]), np.array([top[0] + 0.03, top[1]]), "H_s")
-        drawing.dimension(foot + 0.05 * normal, top + 0.05 * normal, "L_t")
+        drawing.line([0.55 * top - half + 0.012 * normal, 0.55 * top + half + 0.012 * normal], CLOTH, 5.0)
+        drawing.dimension((right + 0.03, 0.0), (right + 0.03, high), "H_s")
+        drawing.dimension(0.05 * normal, top + 0.05 * normal, "L_t")
         turn = np.linspace(0.0, self.angle, 24)
         drawing.line(0.12 * np.column_stack([np.cos(turn), np.sin(turn)]), "ink", 1.0)
         drawing.label((0.16 * np.cos(self.angle / 2), 0.16 * np.sin(self.angle / 2) - 0.008), "θ")

@@ -17,9 +17,8 @@ import numpy as np
 from pydantic import model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen, millimetres, strip_profile
+from tatamu.calibration.readings import Lengths, TestEntry
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, dash, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
@@ -35,6 +34,8 @@ LINKS = 200
 class LoopReadings(TestEntry):
     """Readings of the height of the crease of folded cloth."""
 
+    taken: ClassVar = {"height": ("height", "length")}
+
     height: Lengths
     """Height of the top of the loop above the table [m]."""
 
@@ -46,9 +47,6 @@ class LoopReadings(TestEntry):
                 "stands; is the height in metres?"
             )
         return self
-
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"height": Reading.of(self.height, errors.length)}
 
 
 @dataclass(frozen=True)
@@ -63,11 +61,8 @@ class Loop(ElasticTest):
     """Edge length of the strip's mesh [m]; None for a fixed fraction of the height."""
 
     name = "loop"
-    title = "Loop: bending rigidity B"
     parameter = "bending_rigidity"
     entry = LoopReadings
-    read = "height of the loop"
-    words: ClassVar = {"height": "the height of the loop"}
     reads: ClassVar = {"height": 1.0}
     rising = True
 
@@ -142,28 +137,20 @@ class Loop(ElasticTest):
     def straight(self, reading: float) -> float:
         return float(np.log(max(reading - self.thickness, 1e-4)))
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        return (
-            f"loop: {millimetres(fit.measured)} is as low as two layers, so no ruler can read the loop, and B is at "
-            f"most {1e6 * estimate.material.bending_rigidity:.2g} µN m."
-        )
-
     def drawing(self, shape: np.ndarray) -> str:
         side = strip_profile(self.mesh[0][:, 0], shape)
         height = self.height_of(shape)
         reach = side[:, 0].max()
         side = side[side[:, 0] > reach - 3.2 * height]
-        left = side[:, 0].min()
-        corners = [[left, 0.0], [reach + 0.9 * height, 1.15 * height]]
-        drawing = Drawing.around(np.concatenate([side, corners]), 320.0, 220.0)
-        table = np.array([[left, 0.0], [reach + 0.9 * height, 0.0]])
-        drawing.line(table, "muted", 3.0)
+        left, right = side[:, 0].min(), reach + 0.9 * height
+        drawing = Drawing.around(np.concatenate([side, [(left, 0.0), (right, 1.15 * height)]]), 320.0, 220.0)
+        drawing.line([(left, 0.0), (right, 0.0)], "muted", 3.0)
         half = side[:, 0].argmax()
         for part in (side[: half + 1], side[half:]):
             drawing.line(part, CLOTH, max(2.0, self.thickness * drawing.scale * 0.8))
         read = reach + 0.35 * height
-        drawing.line(np.array([[side[side[:, 1].argmax(), 0], height], [read, height]]), "muted", 1.0, dash=DASH)
-        drawing.dimension(np.array([read, 0.0]), np.array([read, height]), "height")
+        dash(drawing, [(side[side[:, 1].argmax(), 0], height), (read, height)])
+        drawing.dimension((read, 0.0), (read, height), "height")
         return drawing.svg()
 
 

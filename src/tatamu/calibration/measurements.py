@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from string import Template
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -28,7 +28,7 @@ from tatamu.calibration.push import Push, PushReadings
 from tatamu.calibration.readings import Errors, Length, Masses, Reading, TestEntry
 from tatamu.calibration.sag import Sag, SagReadings
 from tatamu.calibration.swing import SwingReadings, TenSwings
-from tatamu.calibration.test import CalibrationTest
+from tatamu.calibration.test import CalibrationTest, texts
 from tatamu.garments import Garment, make_garment
 from tatamu.simulation.material import THICKNESS
 
@@ -83,7 +83,7 @@ class Measurements(Record):
             test = TESTS[name]
             if not set(test.needs) <= set(made):
                 needed = " and ".join(f"[{other}]" for other in test.needs)
-                raise ValueError(f"{name}: must be given with {needed}, because {test.needs_because}")
+                raise ValueError(f"{name}: must be given with {needed}, because {texts(name)['needs_because']}")
         return self
 
     def entries(self) -> dict[str, TestEntry]:
@@ -114,9 +114,9 @@ def instructions() -> str:
     """Return the instructions for measuring: the garment's mass and size first, then every test with its number."""
     numbers = {name: number for number, name in enumerate(TESTS, 1)}
     tests = [
-        f"{number}  {Template(_texts(name)['instructions']).substitute(numbers)}" for name, number in numbers.items()
+        f"{number}  {Template(texts(name)['instructions']).substitute(numbers)}" for name, number in numbers.items()
     ]
-    return "\n".join([_texts("guide")["opening"], *tests, _texts("guide")["commands"]])
+    return "\n".join([texts("guide")["opening"], *tests, texts("guide")["commands"]])
 
 
 def template(name: str) -> str:
@@ -128,14 +128,10 @@ def template(name: str) -> str:
     garment = make_garment(name)
     width, length = (f"{side:g}" for side in garment.size)
     preset = {"towel": "terry", "tshirt": "interlock", "trousers": "denim"}.get(name, "cotton")
-    head = Template(_texts("guide")["head"]).substitute(name=name, width=width, length=length, preset=preset)
-    return "\n".join([head, *(table(test, garment) for test in TESTS), _texts("guide")["errors"]])
+    head = Template(texts("guide")["head"]).substitute(name=name, width=width, length=length, preset=preset)
+    return "\n".join([head, *(table(test, garment) for test in TESTS), texts("guide")["errors"]])
 
 
 def table(test: str, garment: Garment) -> str:
     """Return the part of a test in measurements.toml, with empty readings."""
-    return Template(_texts(test)["template"]).substitute(TESTS[test].blanks(garment))
-
-
-def _texts(name: str) -> dict[str, Any]:
-    return read_toml(Path(__file__).parent / "texts" / f"{name}.toml")
+    return Template(texts(test)["template"]).substitute(TESTS[test].blanks(garment))

@@ -25,7 +25,7 @@ from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
 from tatamu.calibration.readings import Errors, Length, Reading, TestEntry, uncertainty
-from tatamu.calibration.test import CLOTH, DASH, ElasticTest, Specimen
+from tatamu.calibration.test import CLOTH, ElasticTest, Specimen, dash
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.rollout import Rollout
@@ -99,11 +99,8 @@ class Plate(ElasticTest):
     """Random seed of the discs' unevenness."""
 
     name = "plate"
-    title = "Plate: bending rigidity B"
     parameter = "bending_rigidity"
     entry = PlateReadings
-    read = "mean radius of the hem"
-    words: ClassVar = {"hem": "the drape coefficient"}
     reads: ClassVar = {"hem": 1.0}
     rising = True
     step = 0.4  # so large that differences exceed the random scatter
@@ -194,35 +191,23 @@ class Plate(ElasticTest):
         error = 100.0 * fit.uncertainty * 2.0 * fit.measured / (self.disc**2 - self.plate**2)
         return f"Drape coefficient measured: {measured:.1f} ± {error:.1f} %; simulated: {simulated:.1f} %."
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        side, other = ("limp", "smaller") if fit.bound == "at most" else ("stiff", "larger")
-        return (
-            f"plate: the cloth is too {side} for this plate to tell B, which is {fit.bound} "
-            f"{1e6 * estimate.material.bending_rigidity:.2g} µN m; a disc with {other} overhang would tell more."
-        )
-
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         shape = estimate.shapes.get(self.name)
         if shape is None or self.folds is None:
             return []
         simulated = float(np.mean([outline.nodes for outline in self.outlines(shape)]))
-        if abs(simulated - self.folds) <= 2:
-            return []
-        return [
-            f"plate: {self.folds:g} folds were counted, but the simulated cloth has {simulated:g}; warp and weft may "
-            "differ in bending, or the cloth may shear more easily than assumed."
-        ]
+        remark = self.texts["remark"].format(counted=self.folds, simulated=simulated)
+        return [] if abs(simulated - self.folds) <= 2 else [remark]
 
     def drawing(self, shape: np.ndarray) -> str:
         turn = np.linspace(0.0, 2.0 * np.pi, 181)
         circle = np.column_stack([np.cos(turn), np.sin(turn)])
         drawing = Drawing.around(np.array([[-1.05, -1.25], [1.05, 1.05]]) * self.disc, 300.0, 260.0)
-        drawing.line(self.disc * circle, "muted", 1.0, dash=DASH)
+        dash(drawing, self.disc * circle)
         drawing.line(self.outlines(shape)[0].curve, CLOTH, 2.5, fill="cloth")
         drawing.line(self.plate * circle, "muted", 1.5, fill="grip")
-        drawing.dimension(np.array([-self.plate, 0.0]), np.array([self.plate, 0.0]), "plate")
-        low = -1.15 * self.disc
-        drawing.dimension(np.array([-self.disc, low]), np.array([self.disc, low]), "disc")
+        drawing.dimension((-self.plate, 0.0), (self.plate, 0.0), "plate")
+        drawing.dimension((-self.disc, -1.15 * self.disc), (self.disc, -1.15 * self.disc), "disc")
         return drawing.svg()
 
 

@@ -19,22 +19,10 @@ import numpy as np
 from pydantic import model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.calibration.estimate import Fit
 from tatamu.calibration.laboratory import Laboratory
-from tatamu.calibration.parameters import PLACE
-from tatamu.calibration.readings import Distances, Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import (
-    CLOTH,
-    DASH,
-    Changes,
-    LaterTest,
-    Readings,
-    RestTest,
-    Specimen,
-    Target,
-    millimetres,
-    strip_profile,
-)
+from tatamu.calibration.readings import Distances, Lengths, Reading, TestEntry
+from tatamu.calibration.test import CLOTH, LaterTest, Readings, RestTest, Specimen, Target, dash, strip_profile
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
 from tatamu.simulation.material import GRAVITY, Material
@@ -45,6 +33,12 @@ from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 
 class PushReadings(TestEntry):
     """Readings of a cloth on a table whose near edge is pushed by a ruler."""
+
+    taken: ClassVar = {
+        "push_length": ("length", "length"),
+        "pushed": ("pushed", "length"),
+        "moved": ("moved", "length"),
+    }
 
     length: Lengths
     """Length of the cloth in front of the ruler, in the direction of the push [m]."""
@@ -70,13 +64,6 @@ class PushReadings(TestEntry):
             )
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {
-            "push_length": Reading.of(self.length, errors.length),
-            "pushed": Reading.of(self.pushed, errors.length),
-            "moved": Reading.of(self.moved, errors.length),
-        }
-
 
 @dataclass(frozen=True)
 class Push(LaterTest, RestTest):
@@ -90,23 +77,12 @@ class Push(LaterTest, RestTest):
     """Edge length of the strip's mesh [m]; None for 2 cm, or less if the cloth is short."""
 
     name = "push"
-    title = "Push: compression c"
     parameter = "compression"
     entry = PushReadings
     needs = ("elongation", "friction")
-    needs_because = "the resistance to a push depends on both"
     yields_to = ("bias",)
-    yields_because = (
-        "cloth with a shear stiffness of its own, which bias gives it, resists compression as it does tension"
-    )
-    asks = ("compression", "knows no compression: its cloth resists it as it does tension")
+    asks = "compression"
     rising = True
-    read = "moved"
-    words: ClassVar = {
-        "push_length": "the length of the cloth ahead of the ruler",
-        "pushed": "how far the ruler was pushed",
-        "moved": "how far the far edge moved",
-    }
 
     @classmethod
     def of(cls, entry: PushReadings, specimen: Specimen) -> Self:
@@ -157,7 +133,7 @@ class Push(LaterTest, RestTest):
     def target(self, readings: Readings) -> Target:
         moved, pushed = readings["moved"], readings["pushed"]
         error = float(np.hypot(pushed.uncertainty, moved.uncertainty))  # of the shortening
-        return Target(self, moved.value, error, self.bound(moved.value, error))
+        return Target(self, Reading(moved.value, error), self.bound(moved.value, error))
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
         # If the reading gives only a lower bound of c, and the material already satisfies this bound, the material is
@@ -169,46 +145,26 @@ class Push(LaterTest, RestTest):
             return material, target.fit(found, laboratory.reading(self, material), shared=True)
         return material.model_copy(update={"compression": found.parameter}), target.fit(found, found.reading)
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The factor is c = mu rho g L^2 / 2 Y (s - p), with the coefficient of friction mu, the areal density rho, the
         # acceleration of gravity g, the length L and the stretch stiffness Y. The ruler moves by s, the far edge by p.
         shorter = max(readings["pushed"].value - readings["moved"].value, readings["pushed"].uncertainty)
-        own = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter, "moved": 1.0 / shorter}
-        density, stretch, friction = (PLACE[name] for name in ("areal_density", "stretch_stiffness", "friction_table"))
-        for name, change in changes.items():
-            moved = change[density] - change[stretch] + change[friction]
-            if name in own:
-                moved += own[name] * readings[name].uncertainty
-            change[PLACE[self.parameter]] = moved
-
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        compression = estimate.material.compression
-        error = millimetres(fit.uncertainty)
-        if fit.bound == "at most":
-            return (
-                f"push: the far edge did not move by more than {error}, so c is at most {compression:.2g}, which is "
-                "enough for folding. A shorter cloth or a longer push would tell more."
-            )
-        return (
-            f"push: within {error}, the cloth slid as a whole, so c is at least {fit.alone or compression:.2g}, and "
-            f"{compression:.2g} is used. A longer cloth would tell more."
-        )
+        by_parameter = {"areal_density": 1.0, "stretch_stiffness": -1.0, "friction_table": 1.0}
+        by_reading = {"push_length": 2.0 / readings["push_length"].value, "pushed": -1.0 / shorter}
+        return by_parameter, {**by_reading, "moved": 1.0 / shorter}
 
     def drawing(self, shape: np.ndarray) -> str:
         side = strip_profile(self.mesh[0][:, 0], shape)
-        low = 0.12 * self.length
-        high = 0.05 * self.length
-        right = self.length + max(0.08 * self.length, self.pushed)
-        corners = np.array([[-0.08 * self.length, -low], [right, 2.2 * high]])
-        drawing = Drawing.around(np.concatenate([side, corners]), 420.0, 220.0)
-        drawing.line(np.array([[corners[0, 0], 0.0], [corners[1, 0], 0.0]]), "muted", 3.0)
+        low, high = 0.12 * self.length, 0.05 * self.length
+        left, right = -0.08 * self.length, self.length + max(0.08 * self.length, self.pushed)
+        drawing = Drawing.around(np.concatenate([side, [(left, -low), (right, 2.2 * high)]]), 420.0, 220.0)
+        drawing.line([(left, 0.0), (right, 0.0)], "muted", 3.0)
         drawing.line(side + np.array([0.0, 2.0 / drawing.scale]), CLOTH, 3.5)
-        ruler = side[0]
-        drawing.add(Box(ruler, ruler + np.array([-0.03 * self.length, 2.0 * high]), "grip", "muted"))
+        drawing.add(Box(side[0], side[0] + [-0.03 * self.length, 2.0 * high], "grip", "muted"))
         for start, now, name in ((0.0, side[0, 0], "pushed"), (self.length, side[-1, 0], "moved")):
-            drawing.line(np.array([[start, -0.7 * low], [start, 1.6 * high]]), "muted", 1.0, dash=DASH)
+            dash(drawing, [(start, -0.7 * low), (start, 1.6 * high)])
             if now - start > 1e-3:
-                drawing.dimension(np.array([start, -0.4 * low]), np.array([now, -0.4 * low]), "")
+                drawing.dimension((start, -0.4 * low), (now, -0.4 * low), "")
             drawing.label((0.5 * (start + now), -0.9 * low), name, "reading")
-        drawing.dimension(np.array([0.0, 1.8 * high]), np.array([self.length, 1.8 * high]), "length")
+        drawing.dimension((0.0, 1.8 * high), (self.length, 1.8 * high), "length")
         return drawing.svg()

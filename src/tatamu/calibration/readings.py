@@ -5,10 +5,10 @@ A reading in a file is a number or a list of repeats. Readings in wrong units ar
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, Field
@@ -96,9 +96,19 @@ class Errors(Record):
     """Standard deviation of the angle that remains in a crease [degrees]."""
 
 
+ERROR_UNITS = {"mass": "kg", "time": "s", "swings": "-"}
+"""Units of the fields of `Errors` for readings; m for others."""
+
+
 class TestEntry(Record):
     """The table of one test in a measurements file: its readings, and how the cloth was held."""
 
-    @abstractmethod
+    taken: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """By the name of each reading: its field, and the field of `Errors` that states its standard deviation."""
+
     def readings(self, errors: Errors) -> dict[str, Reading]:
         """Return the readings by their names. No other test uses the same names."""
+        return {
+            name: Reading.of(getattr(self, field), getattr(errors, error), ERROR_UNITS.get(error, "m"))
+            for name, (field, error) in self.taken.items()
+        }

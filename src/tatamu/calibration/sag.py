@@ -11,28 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
 from scipy.special import logit
 
+from tatamu.base.curves import length
 from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import longest_edge, named_edge
-from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.loop import HEIGHT, LIFT, Loop
-from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry
-from tatamu.calibration.test import (
-    CLOTH,
-    DASH,
-    ElasticTest,
-    Readings,
-    Specimen,
-    Target,
-    millimetres,
-    strip_profile,
-    textbook_spread,
-)
+from tatamu.calibration.estimate import Estimate
+from tatamu.calibration.loop import HEIGHT, LIFT
+from tatamu.calibration.readings import Lengths, TestEntry
+from tatamu.calibration.test import CLOTH, ElasticTest, Readings, Specimen, Target, dash, strip_profile, textbook_spread
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
@@ -62,6 +53,8 @@ EDGE = {"towel": "bottom", "tshirt": "hem", "trousers": "waist"}
 class SagReadings(TestEntry):
     """Readings of the sag of cloth in front of a straight grip (paper, section IV-C, Fig. 3)."""
 
+    taken: ClassVar = {"free_length": ("free_length", "length"), "sag": ("sag", "length")}
+
     edge: str
     """Name of the edge next to which the cloth is held."""
     free_length: Lengths
@@ -82,9 +75,6 @@ class SagReadings(TestEntry):
             raise ValueError(f"free_length must be at least 0.01 m, given {free:g} m")
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"free_length": Reading.of(self.free_length, errors.length), "sag": Reading.of(self.sag, errors.length)}
-
 
 @dataclass(frozen=True)
 class Sag(ElasticTest):
@@ -96,11 +86,8 @@ class Sag(ElasticTest):
     """Edge length of the strip's mesh [m]; None for a mesh with 12 rows."""
 
     name = "sag"
-    title = "Sag: bending rigidity B"
     parameter = "bending_rigidity"
     entry = SagReadings
-    read = "sag"
-    words: ClassVar = {"free_length": "the free length", "sag": "the sag"}
     reads: ClassVar = {"sag": 1.0}
     size = "free_length"
 
@@ -108,8 +95,7 @@ class Sag(ElasticTest):
     def of(cls, entry: SagReadings, specimen: Specimen) -> Self:
         test = cls(float(np.mean(entry.free_length)), specimen.spacing)
         garment = specimen.garment
-        path = garment.vertices[named_edge(garment, entry.edge), :2]
-        along = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+        along = length(garment.vertices[named_edge(garment, entry.edge), :2])
         least = 1.5  # edge over free length
         if along < least * test.free_length:
             raise InputError(
@@ -174,66 +160,44 @@ class Sag(ElasticTest):
     def target(self, readings: Readings) -> Target:
         target = super().target(readings)
         free_length = readings["free_length"]
-        by_length = textbook_spread(lambda free, material: Sag(free).guess(target.measured, material), free_length)
+        by_length = textbook_spread(lambda free, material: Sag(free).guess(target.read.value, material), free_length)
         return replace(target, spread=float(np.hypot(target.spread, by_length)))
 
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
+    def advice_values(self, estimate: Estimate) -> dict[str, Any]:
         length = estimate.material.bending_length
-        rigidity = 1e6 * estimate.material.bending_rigidity
-        share = _share(estimate, fit)
-        if fit.bound == "at most":
-            return (
-                f"sag: {share}: the cloth hangs straight down, which says only that B is at most {rigidity:.2g} µN m "
-                f"(bending length {100 * length:.1f} cm or less). {_longer_or_loop(estimate)}"
-            )
-        return (
-            f"sag: {share}: the cloth stands out level, which says only that B is at least {rigidity:.2g} µN m "
-            f"(bending length {100 * length:.1f} cm or more). Read it with a free length of "
-            f"{100 * BEST * length:.0f} cm or more."
-        )
-
-    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
-        return f"sag: {_share(estimate, fit)} tells B to {100 * relative:.0f} % only. {_longer_or_loop(estimate)}"
+        better = BEST * length
+        if better >= MIN_FREE:
+            remedy = "longer"
+        else:  # the free length is too short to hold, but a loop can be read
+            remedy = "too_short" if "height" in estimate.readings else "loop_instead"
+        values = {
+            "better": 100 * better,
+            "expected": 1e3 * better * tip(BEST**3)[1],
+            "height": 1e3 * (HEIGHT * length + LIFT * estimate.material.thickness),
+        }
+        return {
+            **values,
+            "length": 100 * length,
+            "free_length": 1e3 * estimate.readings["free_length"].value,
+            "remedy": self.texts[remedy].format(**values),
+        }
 
     def drawing(self, shape: np.ndarray) -> str:
         rows = np.unique(self.mesh[0][:, 0].round(6))
         side = strip_profile(self.mesh[0][:, 0], shape)
+        end, low = side[0]
         front = self.free_length
         back = rows[-1] + 0.25 * front
         thick = 0.07 * front
-        corners = np.array([[front, thick], [back, -thick], side.min(axis=0), [side[0, 0] - 0.3 * front, 0.2 * front]])
+        corners = [(front, thick), (back, -thick), side.min(axis=0), (end - 0.3 * front, 0.2 * front)]
         drawing = Drawing.around(np.concatenate([side, corners]), 320.0, 220.0)
         for sign in (1.0, -1.0):
             drawing.add(Box(np.array([front, 0.0]), np.array([back, sign * thick]), "grip", "muted"))
         drawing.line(side, CLOTH, 3.5)
-        drawing.line(np.array([[front, 0.0], [side[0, 0] - 0.2 * front, 0.0]]), "muted", 1.0, dash=DASH)
-        drawing.dimension(
-            np.array([side[0, 0] - 0.12 * front, 0.0]), np.array([side[0, 0] - 0.12 * front, side[0, 1]]), "sag"
-        )
-        away = 0.1 * front
-        lifted = side[rows <= front] + [0.0, away]
-        drawing.arrow(np.vstack([lifted, [front, away]]), "reading", 1.2, both=True)
+        dash(drawing, [(front, 0.0), (end - 0.2 * front, 0.0)])
+        drawing.dimension((end - 0.12 * front, 0.0), (end - 0.12 * front, low), "sag")
+        lifted = side[rows <= front] + [0.0, 0.1 * front]
+        drawing.arrow([*lifted, (front, 0.1 * front)], "reading", 1.2, both=True)
         drawing.label((0.72 * front, 0.16 * front), "free_length", "reading")
         drawing.label(((front + back) / 2, -0.22 * front), "grip", "muted")
         return drawing.svg()
-
-
-def _share(estimate: Estimate, fit: Fit) -> str:
-    return f"{millimetres(fit.measured)} of a free length of {millimetres(estimate.readings['free_length'].value)}"
-
-
-def _longer_or_loop(estimate: Estimate) -> str:
-    """Return a sentence that proposes a better free length, or the loop test if that length is too short to hold."""
-    length = estimate.material.bending_length
-    better = BEST * length
-    if better >= MIN_FREE:
-        expected = 1e3 * better * tip(BEST**3)[1]
-        return f"Read it with a free length of about {100 * better:.1f} cm: the edge should then sag {expected:.0f} mm."
-    if Loop.words.keys() <= estimate.readings.keys():
-        return f"A free length that would tell more ({100 * better:.1f} cm) is too short to grip."
-    height = HEIGHT * length + LIFT * estimate.material.thickness
-    return (
-        f"A free length that would tell more ({100 * better:.1f} cm) is too short to grip. Fold the cloth over itself "
-        "on the table instead, without pressing, and write the height of the loop into the table [loop], here "
-        f"{1e3 * height:.0f} mm or less (`tatamu measure` says how)."
-    )

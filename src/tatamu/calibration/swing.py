@@ -18,13 +18,13 @@ from pydantic import model_validator
 
 from tatamu.base.errors import InputError
 from tatamu.calibration.elongation import HUNG_BY, Elongation, Grasp, longest_edge
-from tatamu.calibration.estimate import Estimate, Fit
-from tatamu.calibration.instruments.oscillation import swings
+from tatamu.calibration.estimate import Fit
+from tatamu.calibration.instruments.oscillation import FreeSwing, swings
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import match
-from tatamu.calibration.parameters import LIMITS, PLACE
-from tatamu.calibration.readings import Errors, Lengths, Reading, TestEntry, Times
-from tatamu.calibration.test import CLOTH, DASH, Changes, LaterTest, Readings, Specimen
+from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.readings import Lengths, TestEntry, Times
+from tatamu.calibration.test import CLOTH, LaterTest, Readings, Specimen, dash
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.simulation.material import GRAVITY, Material
@@ -39,6 +39,8 @@ MIN_AMPLITUDE = 0.004
 
 class SwingReadings(TestEntry):
     """Readings of a cloth that is held by two corners and released from the side, and makes ten swings."""
+
+    taken: ClassVar = {"ten_swings": ("ten_swings", "time")}
 
     edge: str
     """Name of the edge whose two ends are held."""
@@ -56,33 +58,40 @@ class SwingReadings(TestEntry):
                 )
         return self
 
-    def readings(self, errors: Errors) -> dict[str, Reading]:
-        return {"ten_swings": Reading.of(self.ten_swings, errors.time, "s")}
-
 
 @dataclass(frozen=True)
-class Swinging:
-    """A garment that is held by the two ends of an edge, pulled aside and released."""
+class SwungTest(LaterTest):
+    """A test of the swings of a garment that is held by the two ends of an edge, pulled aside and released."""
 
     garment: Garment
     edge: str
     aside: float
     """Distance by which the edge opposite to the held edge is pulled aside [m]."""
 
+    rising: ClassVar[bool]
+    """Whether the reading rises with the parameter; otherwise it falls."""
+    within: ClassVar[float]
+    """Relative accuracy with which the reading is reproduced."""
+    replaces: ClassVar[Mapping[str, float]] = {}
+    """Other fields of the material, with the values that they have beside the parameter that was found."""
+
+    def __post_init__(self) -> None:
+        if self.aside > 0.7 * self.hung.length:
+            raise InputError(
+                f"{self.name}: aside ({self.aside:g} m) must be at most 0.7 of the {self.hung.length:.2f} m that "
+                "the garment hangs down from that edge"
+            )
+
+    @classmethod
+    def blanks(cls, garment: Garment) -> dict[str, str]:
+        return {"edge": (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]}
+
     @cached_property
     def hung(self) -> Elongation:
         """Test of the same garment, hanging still from the same two grips."""
         return Elongation(self.garment, tuple(Grasp(edge=self.edge, at=at, width=0.03) for at in (0.0, 1.0)))
 
-    def check(self, test: str) -> None:
-        """Raise InputError if the edge does not exist, or `aside` is too large."""
-        if self.aside > 0.7 * self.hung.length:
-            raise InputError(
-                f"{test}: aside ({self.aside:g} m) must be at most 0.7 of the {self.hung.length:.2f} m that "
-                "the garment hangs down from that edge"
-            )
-
-    def scene(self, material: Material, periods: float) -> Scene:
+    def released(self, material: Material, periods: float) -> Scene:
         """Return a scene in which the cloth starts as an inclined plane, for about `periods` periods of a plate."""
         scene = self.hung.scene(material)
         angle = np.arcsin(self.aside / self.hung.length)
@@ -101,45 +110,24 @@ class Swinging:
             }
         )
 
-    def signal(self, rollout: Rollout) -> np.ndarray:
-        """Return the displacement of the cloth's free edge to the side in each of f frames [m], shape (f,)."""
-        return np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
+    def swings(self, rollout: Rollout) -> tuple[float, list[FreeSwing]]:
+        """Return the first displacement of the cloth's free edge to the side [m], and the edge's swings."""
+        signal = np.asarray(rollout.positions[:, self.hung.end, 0].mean(axis=1))
+        first = abs(float(signal[0]))
+        return first, swings(rollout.times, signal, MIN_AMPLITUDE * first)
 
-    def drawing(self) -> str:
-        """Draw the garment from the side: at its release, and hanging."""
-        start = self.scene(self.garment.material, 1.0).cloth.vertices
+    def drawing(self, shape: np.ndarray) -> str:
+        start = self.released(self.garment.material, 1.0).cloth.vertices
         length = self.hung.length
-        end = start[self.hung.end].mean(axis=0)[[0, 2]]
-        top = np.zeros(2)
-        corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * end[0] + 0.1 * length, -1.12 * length]])
+        x, z = start[self.hung.end].mean(axis=0)[[0, 2]]
+        corners = np.array([[-0.35 * length, 0.05 * length], [1.2 * x + 0.1 * length, -1.12 * length]])
         drawing = Drawing.around(corners, 260.0, 260.0)
-        drawing.line(np.array([top, end]), CLOTH, 4.0)
-        drawing.line(np.array([top, [0.0, -length]]), "muted", 1.0, dash=DASH)
-        drawing.line(np.array([top, end * [-0.9, 1.0]]), "mesh", 2.0)
-        drawing.line(np.array([[-0.06 * length, 0.0], [0.06 * length, 0.0]]), "muted", 7.0)
-        low = -1.06 * length
-        drawing.dimension(np.array([0.0, low]), np.array([end[0], low]), "aside")
+        drawing.line([(0.0, 0.0), (x, z)], CLOTH, 4.0)
+        dash(drawing, [(0.0, 0.0), (0.0, -length)])
+        drawing.line([(0.0, 0.0), (-0.9 * x, z)], "mesh", 2.0)
+        drawing.line([(-0.06 * length, 0.0), (0.06 * length, 0.0)], "muted", 7.0)
+        drawing.dimension((0.0, -1.06 * length), (x, -1.06 * length), "aside")
         return drawing.svg()
-
-
-@dataclass(frozen=True)
-class SwungTest(LaterTest):
-    """A test of the swings of a cloth that is held by two corners and released from the side."""
-
-    swinging: Swinging
-
-    unit: ClassVar[str]
-    """Unit of the reading."""
-    rising: ClassVar[bool]
-    """Whether the reading rises with the parameter; otherwise it falls."""
-    within: ClassVar[float]
-    """Relative accuracy with which the reading is reproduced."""
-    replaces: ClassVar[Mapping[str, float]] = {}
-    """Other fields of the material, with the values that they have beside the parameter that was found."""
-
-    @classmethod
-    def blanks(cls, garment: Garment) -> dict[str, str]:
-        return {"edge": (HUNG_BY.get(garment.name) or [longest_edge(garment)])[0]}
 
     @abstractmethod
     def reading(self, rollout: Rollout) -> float:
@@ -150,7 +138,7 @@ class SwungTest(LaterTest):
         """Return the parameter with which a rigid plate has this reading."""
 
     def find(self, laboratory: Laboratory, material: Material, readings: Readings) -> tuple[Material, Fit]:
-        (measured,) = (readings[name] for name in self.words)
+        (measured,) = (readings[name] for name in self.entry.taken)
 
         def reading(value: float) -> float:
             changed = material.model_copy(update={self.parameter: value})
@@ -166,21 +154,8 @@ class SwungTest(LaterTest):
             self.rising,
         )
         beyond = "at most" if (found.reading > measured.value) == self.rising else "at least"
-        fit = Fit(
-            test=self.name,
-            parameter=self.parameter,
-            measured=measured.value,
-            uncertainty=measured.uncertainty,
-            aim=measured.value,
-            simulated=found.reading,
-            unit=self.unit,
-            bound=None if found.reached else beyond,
-            samples=found.samples,
-        )
+        fit = self.fit(measured, found.reading, None if found.reached else beyond, found.samples)
         return material.model_copy(update={self.parameter: found.parameter, **self.replaces}), fit
-
-    def drawing(self, shape: np.ndarray) -> str:
-        return self.swinging.drawing()
 
 
 @dataclass(frozen=True)
@@ -191,30 +166,24 @@ class TenSwings(SwungTest):
     """Quadratic drag that is assumed [kg/m^3], because air that adds mass also slows down; None for the material's."""
 
     name = "swing"
-    title = "Swing: air that it carries m_a"
     parameter = "air_added_mass"
-    unit = "s"
     rising = True
     within = 2e-3
     entry = SwingReadings
-    asks = ("directional_air", "knows no air that cloth carries")
-    read = "time of ten swings"
-    words: ClassVar = {"ten_swings": "the time of ten swings"}
+    asks = "directional_air"
 
     @classmethod
     def of(cls, entry: SwingReadings, specimen: Specimen) -> Self:
-        swinging = Swinging(specimen.garment, entry.edge, float(np.mean(entry.aside)))
-        swinging.check(cls.name)
-        return cls(swinging, None if specimen.base.air_drag_quadratic else 0.7)
+        drag = None if specimen.base.air_drag_quadratic else 0.7
+        return cls(specimen.garment, entry.edge, float(np.mean(entry.aside)), drag)
 
     def scene(self, material: Material) -> Scene:
         drag = material.air_drag_quadratic if self.drag is None else self.drag
         own = material.model_copy(update={"air_drag_quadratic": drag, "air_drag": 0.0})
-        return self.swinging.scene(own, SIMULATED)
+        return self.released(own, SIMULATED)
 
     def reading(self, rollout: Rollout) -> float:
-        signal = self.swinging.signal(rollout)
-        found = swings(rollout.times, signal, MIN_AMPLITUDE * abs(float(signal[0])))[: 2 * SIMULATED - 2]
+        found = self.swings(rollout)[1][: 2 * SIMULATED - 2]
         return float(10 * np.mean([each.period for each in found])) if found else float("nan")
 
     def guess(self, seconds: float, material: Material) -> float:
@@ -222,21 +191,14 @@ class TenSwings(SwungTest):
 
     def heavier(self, seconds: float) -> float:
         """Return 1 + m_a / rho of a plate that swings ten times in this time."""
-        return float((seconds / 10 / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.swinging.hung.length))
+        return float((seconds / 10 / (2.0 * np.pi)) ** 2 * 3.0 * GRAVITY / (2.0 * self.hung.length))
 
-    def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
         # The period of the swings depends on m_a / rho, where rho is the areal density.
-        density = PLACE["areal_density"]
-        timed = readings["ten_swings"]
-        heavier = self.heavier(timed.value)  # without a slope, the derivative is that of a plate
-        by_time = 1.0 / fit.slope if fit.slope else float(2.0 * heavier / max(heavier - 1.0, 0.02) / timed.value)
-        changes["ten_swings"][PLACE[self.parameter]] = by_time * timed.uncertainty
-        for change in changes.values():
-            change[PLACE[self.parameter]] += change[density]
+        seconds = readings["ten_swings"].value
+        heavier = self.heavier(seconds)  # without a slope, the derivative is that of a plate
+        by_time = 1.0 / fit.slope if fit.slope else float(2.0 * heavier / max(heavier - 1.0, 0.02) / seconds)
+        return {"areal_density": 1.0}, {"ten_swings": by_time}
 
     def sentence(self, fit: Fit) -> str:
         return f"Ten swings measured: {fit.measured:.1f} ± {fit.uncertainty:.1f} s; simulated: {fit.simulated:.2f} s."
-
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        side = "faster than the cloth swings without air" if fit.bound == "at most" else "slower than with any air"
-        return f"swing: ten swings in {fit.measured:.1f} s are {side}: was each counted there and back?"

@@ -1,6 +1,6 @@
 """A calibration test: a measurement, its simulated copy, and the parameter that the test determines.
 
-Each test is one module, and texts/NAME.toml has what the user is told to do and writes down.
+Each test is one module, and texts/NAME.toml has what the user is told to do, writes down, and is told of the result.
 
 - `ElasticTest`: a length at rest. The parameters of these tests are found together, because each length depends on
   stretch stiffness, bending rigidity and friction of bending.
@@ -12,17 +12,22 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
 from tatamu.base.errors import SimulationError
-from tatamu.calibration.estimate import Estimate, Fit
+from tatamu.base.files import read_toml
+from tatamu.calibration.estimate import Estimate, Fit, Samples
 from tatamu.calibration.laboratory import Laboratory
 from tatamu.calibration.match import Match, match
-from tatamu.calibration.parameters import LIMITS
+from tatamu.calibration.parameters import KNOWN, LIMITS, PLACE
 from tatamu.calibration.readings import Reading, TestEntry
 from tatamu.garments import Garment
+from tatamu.show.drawing import Drawing
+from tatamu.show.quantity import factor
 from tatamu.simulation.material import Material
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
@@ -30,8 +35,6 @@ from tatamu.simulation.simulators import capabilities
 
 CLOTH = "plot"
 """Name of the colour with which drawings show cloth."""
-DASH = 4.0
-"""Length of the dashes of auxiliary lines [pixels]."""
 POOR = 0.25
 """Maximum relative standard uncertainty of a parameter of which the user is not told."""
 Readings = Mapping[str, Reading]
@@ -56,26 +59,16 @@ class CalibrationTest(ABC):
 
     name: ClassVar[str]
     """Name of the test, and of its table in the measurements file."""
-    title: ClassVar[str]
-    """Heading of the test's section on the page."""
     parameter: ClassVar[str]
     """Field of a material that the test determines."""
     entry: ClassVar[type[TestEntry]]
     """Class of the test's table in the measurements file."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Tests whose results this test needs."""
-    needs_because: ClassVar[str] = ""
-    """Why, after the word "as"."""
     yields_to: ClassVar[tuple[str, ...]] = ()
     """Tests that replace this test, because no material can have both parameters."""
-    yields_because: ClassVar[str] = ""
-    """Why, after the word "as"."""
-    asks: ClassVar[tuple[str, str] | None] = None
-    """Capability that a simulator needs for this test, and what a simulator without it is told; None for none."""
-    read: ClassVar[str]
-    """Name of the reading in one or two words."""
-    words: ClassVar[Mapping[str, str]]
-    """Name of each reading in the advice."""
+    asks: ClassVar[str | None] = None
+    """Capability that a simulator needs for this test; None for none."""
     samples: ClassVar[Literal["reading", "speed"]] = "reading"
     """What each simulation gives: the reading, or the speed of the cloth [m/s]."""
 
@@ -90,7 +83,7 @@ class CalibrationTest(ABC):
 
     @classmethod
     def blanks(cls, garment: Garment) -> dict[str, str]:
-        """Return what stands in texts/NAME.toml, in the test's part of a measurements file, for each `$name`."""
+        """Return what the text `template` has, the test's part of a measurements file, for each `$name`."""
         return {}
 
     @abstractmethod
@@ -105,32 +98,64 @@ class CalibrationTest(ABC):
         """Return additional entries for the table [calibration] of the material's file."""
         return {}
 
+    @property
+    def texts(self) -> dict[str, Any]:
+        """What the user is told of this test, by the names of the texts."""
+        return texts(self.name)
+
     def unusable(self, simulator: str) -> str | None:
         """Return why a simulator cannot do this test; None if it can."""
-        return None if self.asks is None or getattr(capabilities(simulator), self.asks[0]) else self.asks[1]
+        able = self.asks is None or getattr(capabilities(simulator), self.asks)
+        return None if able else str(self.texts["without"])
 
     def sentence(self, fit: Fit) -> str:
         """Return a sentence on the measured and the simulated reading."""
+        read = self.texts["read"]
         return (
-            f"{self.read[0].upper()}{self.read[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} "
+            f"{read[0].upper()}{read[1:]} measured: {1e3 * fit.measured:.1f} ± {1e3 * fit.uncertainty:.1f} "
             f"mm; simulated: {1e3 * fit.simulated:.2f} mm."
         )
 
+    def fit(self, read: Reading, simulated: float, bound: str | None, samples: Samples, **more: Any) -> Fit:
+        """Return the result of this test for a measured reading. `more` are other fields of a `Fit`."""
+        made: dict[str, Any] = {
+            "measured": read.value,
+            "uncertainty": read.uncertainty,
+            "aim": read.value,
+            "unit": read.unit,
+            **more,
+        }
+        return Fit(self.name, self.parameter, simulated=simulated, bound=bound, samples=samples, **made)
+
     def advice(self, estimate: Estimate, fit: Fit) -> list[str]:
-        """Return sentences of advice to the user on the result of this test."""
-        if fit.bound:
-            return [self.advice_on_bound(estimate, fit)]
+        """Return advice to the user: the text `at_most`, `at_least` or `bound` if this test only bounds the parameter.
+
+        If the relative uncertainty of the parameter is large, it is the text `poor`. In a text, `value`, and `alone` by
+        this test alone, are the parameter in its unit for readers.
+        """
+        known = self.texts
         relative = estimate.relative(self.parameter)
-        advice = self.advice_on_poor(estimate, fit, relative) if relative > POOR else ""
-        return [advice] if advice else []
+        if fit.bound:
+            text = known.get(fit.bound.replace(" ", "_")) or known["bound"]
+        else:
+            text = known.get("poor", "") if relative > POOR else ""
+        scale = factor(KNOWN[self.parameter].unit)
+        value = getattr(estimate.material, self.parameter)
+        general = {
+            "measured": millimetres(fit.measured),
+            "error": millimetres(fit.uncertainty),
+            "reading": fit.measured,
+            "bound": fit.bound,
+            "value": scale * value,
+            "alone": scale * (fit.alone or value),
+            "percent": 100 * relative,
+            "simulator": estimate.simulator,
+        }
+        return [text.format(**general, **self.advice_values(estimate))] if text else []
 
-    @abstractmethod
-    def advice_on_bound(self, estimate: Estimate, fit: Fit) -> str:
-        """Return advice if the test only bounds the parameter."""
-
-    def advice_on_poor(self, estimate: Estimate, fit: Fit, relative: float) -> str:
-        """Return advice if the test determines the parameter only to a large relative uncertainty; empty for none."""
-        return ""
+    def advice_values(self, estimate: Estimate) -> dict[str, Any]:
+        """Return what only the texts of this test have for a `{name}`."""
+        return {}
 
     def remark(self, estimate: Estimate, fit: Fit) -> list[str]:
         """Return sentences that are printed after all advice."""
@@ -165,8 +190,8 @@ class RestTest(CalibrationTest):
         """Return what the simulation must reproduce: the measured length, and whether it only bounds the parameter."""
         length = sum(factor * readings[name].value for name, factor in self.reads.items())
         error = float(np.hypot.reduce([readings[name].uncertainty for name in self.reads]))
-        spread = textbook_spread(self.guess, Reading(length, error))
-        return Target(self, length, error, self.bound(length, error), spread)
+        read = Reading(length, error)
+        return Target(self, read, self.bound(length, error), textbook_spread(self.guess, read))
 
 
 class ElasticTest(RestTest):
@@ -192,8 +217,17 @@ class LaterTest(CalibrationTest):
         """Return the material with the parameter that the test found, and the result of the test."""
 
     @abstractmethod
+    def derivatives(self, readings: Readings, fit: Fit) -> tuple[dict[str, float], dict[str, float]]:
+        """Return the derivatives of this parameter's logarithm: by those of other parameters, and by each reading."""
+
     def propagate(self, changes: Changes, readings: Readings, fit: Fit) -> None:
-        """Add the effects of uncertain readings on this test's parameter, which are still zero, to `changes`."""
+        """Add the effects of uncertain readings on this test's parameter to `changes`."""
+        by_parameter, by_reading = self.derivatives(readings, fit)
+        for name, change in changes.items():
+            moved = sum(by * change[PLACE[other]] for other, by in by_parameter.items())
+            if name in by_reading:
+                moved += by_reading[name] * readings[name].uncertainty
+            change[PLACE[self.parameter]] += moved
 
 
 UNIT = Material(areal_density=1.0, stretch_stiffness=1.0, bending_rigidity=1.0)
@@ -205,10 +239,8 @@ class Target:
     """The reading of one test, and the parameter that this reading determines."""
 
     test: RestTest
-    measured: float
-    """The measured reading [m]."""
-    uncertainty: float
-    """Standard uncertainty of the reading [m]."""
+    read: Reading
+    """The measured length [m]."""
     bound: str | None
     """Bound of the parameter, "at least" or "at most"; None if the reading determines the value of the parameter."""
     spread: float = 1.0
@@ -223,7 +255,7 @@ class Target:
     def aim(self) -> float:
         """Length that the simulation must reproduce [m]: the reading, shifted by its uncertainty if it only bounds."""
         towards = {None: 0.0, "at least": 1.0, "at most": -1.0}[self.bound] * (-1.0 if self.test.rising else 1.0)
-        return self.measured + towards * self.uncertainty
+        return self.read.value + towards * self.read.uncertainty
 
     def start(self, material: Material) -> float:
         """Return the parameter by the textbook formula, within `LIMITS`. The search starts with this value."""
@@ -248,24 +280,14 @@ class Target:
 
     def bound_by(self, found: Match) -> str | None:
         """Return the bound that the test gives, also because the simulator did not reach the reading; or None."""
-        if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.uncertainty:
+        if self.bound is not None or found.reached or abs(found.reading - self.aim) <= self.read.uncertainty:
             return self.bound
         return "at most" if (found.reading < self.aim) != self.test.rising else "at least"
 
     def fit(self, found: Match, simulated: float, shared: bool = False) -> Fit:
         """Return the result of the test. `shared` is true if other tests also determined the parameter."""
-        return Fit(
-            test=self.test.name,
-            parameter=self.parameter,
-            measured=self.measured,
-            uncertainty=self.uncertainty,
-            aim=self.aim,
-            simulated=simulated,
-            unit="m",
-            bound=self.bound_by(found),
-            samples=found.samples,
-            alone=found.parameter if shared else None,
-        )
+        alone = found.parameter if shared else None
+        return self.test.fit(self.read, simulated, self.bound_by(found), found.samples, aim=self.aim, alone=alone)
 
 
 def textbook_spread(guess: Callable[[float, Material], float], reading: Reading) -> float:
@@ -281,9 +303,24 @@ def textbook_spread(guess: Callable[[float, Material], float], reading: Reading)
     return max(0.5 * abs(float(np.log(more / less))), 1e-6)
 
 
+@cache
+def texts(name: str) -> dict[str, Any]:
+    """Return the texts of a test, or of the guide to all tests, by their names.
+
+    Of a test, `read` is the reading in one or two words, and `words` has a name of each reading in the file.
+    `needs_because` and `yields_because` follow the words "because" and "as", and `without` the name of a simulator.
+    """
+    return dict(read_toml(Path(__file__).parent / "texts" / f"{name}.toml"))
+
+
 def millimetres(length: float) -> str:
     """Return a length [m] as text in millimetres."""
     return f"{1e3 * length:.1f} mm"
+
+
+def dash(drawing: Drawing, points: Any) -> None:
+    """Draw a thin dashed line through points [m], shape (k, 2)."""
+    drawing.line(points, "muted", 1.0, dash=4.0)
 
 
 def strip_profile(along: np.ndarray, positions: np.ndarray) -> np.ndarray:

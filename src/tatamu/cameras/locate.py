@@ -20,29 +20,6 @@ from tatamu.study.result import Result
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """The garment with which the cloth is compared, of a size that was given or learned."""
-
-    size: tuple[float, float]
-    """Width and length of the garment [m]."""
-    area: float
-    """Area of the garment [m2]."""
-
-    def lines(self, located: Located) -> list[str]:
-        """Return the differences between a located garment and this one, as lines of text."""
-        width, length = (now / then - 1 for now, then in zip(located.size, self.size, strict=True))
-        share = located.area / self.area - 1
-        sides = f"width {100 * width:+.1f} %, length {100 * length:+.1f} %"
-        size = f"{self.size[0]:.3f} x {self.size[1]:.3f} m"
-        found = [f"compared with {size}: {sides}, area {100 * share:+.1f} %"]
-        if share < -0.03:
-            found.append("note: the area is too small; smooth out wrinkles, or learn the fold for this size")
-        elif max(abs(width), abs(length)) > 0.02:
-            found.append("note: the garment has another size than in the learned fold; learn the fold for this size")
-        return found
-
-
-@dataclass(frozen=True)
 class Located:
     """A garment that was found on the table in a photograph."""
 
@@ -66,8 +43,8 @@ class Located:
     """Corners of the fitted outline by name, in the frame of `outline` [m], shape (2,)."""
     rms: float
     """Root mean square distance between the found and the fitted outline [m]."""
-    learned: Comparison | None
-    """Garment with which the cloth is compared, if one was learned or a size was given."""
+    learned: bool
+    """Whether the cloth is compared with the size of the garment, because this was learned or given."""
     fit: Fit = field(repr=False)
     photograph: Photograph = field(repr=False)
     edge: np.ndarray = field(repr=False)
@@ -77,7 +54,9 @@ class Located:
 
     def describe(self) -> dict[str, Any]:
         """Return the contents of the JSON file."""
-        place, learned = self.place, self.learned
+        place = self.place
+        length, width = self.fit.shape.size.tolist()
+        learned = {"size": [width, length], "area": float(self.fit.shape.polygon.area)}
         return {
             "version": 1,
             "garment": self.garment,
@@ -91,8 +70,21 @@ class Located:
             "corners": {name: point.tolist() for name, point in self.corners.items()},
             "outline": self.outline.round(5).tolist(),
             "outline_rms": self.rms,
-            "learned": None if learned is None else {"size": list(learned.size), "area": learned.area},
+            "learned": learned if self.learned else None,
         }
+
+    def comparison(self) -> list[str]:
+        """Return the differences between the garment and the size that was learned or given, as lines of text."""
+        shape = self.fit.shape
+        width, length = (now / then - 1 for now, then in zip(self.size, shape.size[::-1].tolist(), strict=True))
+        share = self.area / float(shape.polygon.area) - 1
+        sides = f"width {100 * width:+.1f} %, length {100 * length:+.1f} %"
+        found = [f"compared with {shape.size[1]:.3f} x {shape.size[0]:.3f} m: {sides}, area {100 * share:+.1f} %"]
+        if share < -0.03:
+            found.append("note: the area is too small; smooth out wrinkles, or learn the fold for this size")
+        elif max(abs(width), abs(length)) > 0.02:
+            found.append("note: the garment has another size than in the learned fold; learn the fold for this size")
+        return found
 
     def lines(self) -> list[str]:
         """Return the pose and size of the garment, with notes for the user, as lines of text."""
@@ -106,7 +98,7 @@ class Located:
             f"its outline deviates by {1e3 * self.rms:.1f} mm",
             f"pose in the {frame}: x {pose.x:.4f} m (+- {1e3 * x:.1f} mm), y {pose.y:.4f} m (+- {1e3 * y:.1f} mm), "
             f"yaw {np.degrees(pose.yaw):.2f} deg (+- {np.degrees(yaw):.2f} deg)",
-            *([] if self.learned is None else self.learned.lines(self)),
+            *(self.comparison() if self.learned else []),
             *self.notes,
         ]
         if max(x, y) > 0.003:
@@ -210,7 +202,7 @@ def locate_shape(
         outer.place(found),
         {name: outer.place(fit.place(corner[None]))[0] for name, corner in shape.corners.items()},
         fit.rms,
-        Comparison((float(shape.size[1]), float(shape.size[0])), float(shape.polygon.area)) if learned else None,
+        learned,
         fit,
         photograph,
         edge,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tatamu.base.errors import InputError
@@ -15,17 +13,8 @@ MIN_CORNERS = 8
 """Minimum number of corners that give the pose of a page."""
 
 
-@dataclass(frozen=True)
-class FoundPage:
-    """A page of a printed board that was found in a photograph."""
-
-    number: int
-    """Number of the page of the board; the first page has number 0."""
-    corners: Seen
-
-
-def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
-    """Find the pages of a board in a grey photograph, uint8, shape (h, w); the first page comes first.
+def find_pages(grey: np.ndarray, board: Board) -> list[Seen]:
+    """Find the corners on each page of a board in a grey photograph, uint8, shape (h, w); the first page comes first.
 
     Further pages are found even if the board's file states fewer pages.
 
@@ -46,7 +35,7 @@ def find_pages(grey: np.ndarray, board: Board) -> list[FoundPage]:
         )
         count = 0 if corners is None else len(corners)
         if count >= MIN_CORNERS:
-            pages.append(FoundPage(number, _refined(grey, board.corners[corners.ravel()], np.asarray(pixels, float))))
+            pages.append(_refined(grey, board.corners[corners.ravel()], np.asarray(pixels, float)))
         elif number == 0:
             raise InputError(
                 f"board: at least {MIN_CORNERS} of the {len(board.corners)} corners of its first page must be seen, "

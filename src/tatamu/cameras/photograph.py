@@ -100,8 +100,7 @@ def _check_focal(lens: Lens | None, focal: float | None, size: tuple[int, int]) 
 def _view(pixels: np.ndarray, scale: Scale, lens: Lens | None, focal: float | None) -> View:
     """Find the camera from the board or the sheet that a photograph shows."""
     if isinstance(scale, Board):
-        seen = [page.corners for page in find_pages(_grey(pixels), scale)]
-        return estimate(seen, (pixels.shape[1], pixels.shape[0]), lens, focal)
+        return estimate(find_pages(_grey(pixels), scale), (pixels.shape[1], pixels.shape[0]), lens, focal)
     return find_sheet(pixels, scale, lens, focal)
 
 
@@ -160,7 +159,7 @@ def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tup
             first, other = (f"{wide} x {tall}" for wide, tall in sizes)
             raise InputError(f"{path}: photo: must have {first} pixels as the others have, given {other}")
         try:
-            seen.append(find_pages(_grey(pixels), board)[0].corners)
+            seen.append(find_pages(_grey(pixels), board)[0])
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
     if not sizes:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import shapely
@@ -86,11 +85,6 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 
 
-def where(path: Path, text: str) -> str:
-    """Return an error message about the outline in a file."""
-    return f"{path}: outline: {text}"
-
-
 def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
     """Group the curves of a drawing into pieces, from the largest to the smallest.
 
@@ -158,22 +152,22 @@ def distinct(names: Sequence[str]) -> list[str]:
     return found
 
 
-def chosen(drawing: DrawnPieces, name: str | None, scale: float, path: Path) -> Piece:
+def chosen(drawing: DrawnPieces, name: str | None, scale: float) -> Piece:
     """Return the piece with a name, in upper or lower case, or the only piece of the drawing.
 
     Raises:
         InputError: If the drawing has no curve, no piece has this name, or several pieces need a name.
     """
     if not drawing.pieces:
-        raise InputError(where(path, "has no curve"))
+        raise InputError("outline: has no curve")
     fitting = [piece for piece in drawing.pieces if name is None or piece.name.casefold() == name.casefold()]
     if len(fitting) == 1:
         return fitting[0]
     known = ", ".join(_described(piece, scale) for piece in drawing.pieces)
     if name is not None:
-        raise InputError(f"{path}: piece: must be one of {known}, given {name!r}")
+        raise InputError(f"piece: must be one of {known}, given {name!r}")
     how = f'choose one with piece = "{drawing.pieces[0].name}" under [garment] in a garment file'
-    raise InputError(where(path, f"has several pieces; {how}: {known}"))
+    raise InputError(f"outline: has several pieces; {how}: {known}")
 
 
 def _described(piece: Piece, scale: float) -> str:

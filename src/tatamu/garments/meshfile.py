@@ -31,19 +31,19 @@ def read_mesh(path: Path) -> TriangleMesh:
     """
     kind = path.suffix.lower()
     if kind not in READERS:
-        raise InputError(f"{path}: mesh: must be one of {', '.join(READERS)}")
+        raise InputError(f"mesh: must be one of {', '.join(READERS)}")
     data = read_bytes(path, 64 * MIB)
     with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
         mesh = READERS[kind](data)
     if not len(mesh.faces):
-        raise InputError(f"{path}: mesh: must have triangles, given none")
+        raise InputError("mesh: must have triangles, given none")
     if len(mesh.faces) > MAX_TRIANGLES:
-        raise InputError(f"{path}: mesh: must have at most {MAX_TRIANGLES} triangles, given {len(mesh.faces)}")
+        raise InputError(f"mesh: must have at most {MAX_TRIANGLES} triangles, given {len(mesh.faces)}")
     if not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
-        raise InputError(f"{path}: mesh: must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
+        raise InputError(f"mesh: must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
     mesh = mesh.kept(np.ones(len(mesh.faces), dtype=bool))
     if not (np.abs(mesh.vertices) < MAX_COORDINATE).all():
-        raise InputError(f"{path}: mesh: vertices must be finite and lie within {MAX_COORDINATE:g} of the origin")
+        raise InputError(f"mesh: vertices must be finite and lie within {MAX_COORDINATE:g} of the origin")
     return mesh if mesh.uv is None or (np.abs(mesh.uv) < MAX_COORDINATE).all() else replace(mesh, uv=None)
 
 
@@ -76,9 +76,13 @@ def _places(vertices: np.ndarray) -> np.ndarray:
     """
     near = max(1e-5 * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
-    pairs = cKDTree(vertices[first]).query_pairs(near, output_type="ndarray")
-    joined = csr_array((np.ones(len(pairs)), pairs.T), shape=(len(first), len(first)))
-    return np.asarray(connected_components(joined, directed=False)[1])[cell.ravel()]
+    return connected(cKDTree(vertices[first]).query_pairs(near, output_type="ndarray"), len(first))[cell.ravel()]
+
+
+def connected(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Return the index of the connected part to which each of `count` things belongs, from pairs of neighbours."""
+    joined = csr_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1])
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
@@ -109,9 +113,7 @@ def _sides(faces: np.ndarray) -> np.ndarray:
 
 def pieces(faces: np.ndarray) -> np.ndarray:
     """Return the index of the connected piece of each triangle, shape (m,), counted from the largest piece."""
-    sides = _sides(faces)
-    joined = csr_array((np.ones(len(sides)), sides.T), shape=(faces.max() + 1,) * 2)
-    number = connected_components(joined, directed=False)[1][faces[:, 0]]
+    number = connected(_sides(faces), faces.max() + 1)[faces[:, 0]]
     found, sizes = np.unique(number, return_counts=True)
     rank = np.empty(int(found.max()) + 1, dtype=np.int64)
     rank[found[np.argsort(-sizes, kind="stable")]] = np.arange(len(found))

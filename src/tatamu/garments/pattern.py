@@ -15,10 +15,10 @@ from shapely.validation import explain_validity
 
 from tatamu.base.errors import InputError
 from tatamu.garments.description import GarmentFile
-from tatamu.garments.drawing import Piece, chosen, where
+from tatamu.garments.drawing import Piece, chosen, distinct
 from tatamu.garments.dxf import read_dxf
 from tatamu.garments.garment import Garment
-from tatamu.garments.outline import Outline, counted, lies_along, named_sides, numbered, with_ends
+from tatamu.garments.outline import Outline, counted, lies_along, named_sides, with_ends
 from tatamu.garments.sewing import front_and_back, one_layer
 from tatamu.garments.svg import read_svg
 from tatamu.garments.units import check_size_of_file, direction, doubts, plane_turn
@@ -40,13 +40,13 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
         raise InputError(f"outline: must be one of {', '.join(READERS)}")
     drawing = reader(source)
     unit = drawing.unit.scaled(given.scale)
-    piece = chosen(drawing, given.piece, unit.metres, source)
+    piece = chosen(drawing, given.piece, unit.metres)
     openings = given.openings
     if isinstance(openings, dict) and source.suffix.lower() == ".svg":  # y points down in SVG files, but up in curves
         openings = {name: [(x, -y) for x, y in curve] for name, curve in openings.items()}
     turn = plane_turn(given.up or "y", piece.grain if given.grain else None)
     try:
-        made = cut(piece, unit.metres * turn, openings, source, given.holes)
+        made = cut(piece, unit.metres * turn, openings, given.holes)
     except InputError as error:
         raise InputError(f'{error}; piece "{piece.name}"' if len(drawing.pieces) > 1 else str(error)) from None
     if given.size is None:
@@ -89,7 +89,7 @@ class Cut:
     """Notes for the user on how the drawing was understood."""
 
 
-def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path, holes: bool | None = None) -> Cut:
+def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, holes: bool | None = None) -> Cut:
     """Return the outline of a garment from a piece of a drawing.
 
     Args:
@@ -97,7 +97,6 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
         matrix: Matrix from the drawing's coordinates to metres in the garment's frame, shape (2, 2).
         openings: Names of open curves or of sides, or curves in the drawing's coordinates by name. By default, every
             named open curve along the outline is an opening.
-        path: Path of the file, for messages.
         holes: Whether closed curves inside are holes. By default, a curve that follows the outline is none.
 
     Raises:
@@ -105,14 +104,16 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     """
     loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
     if not loops:
-        raise InputError(where(path, f"must be a closed curve, given {len(piece.curves)} open ones"))
-    region, inside = _region([loop.points @ matrix.T for loop in loops], holes, path)
+        raise InputError(f"outline: must be a closed curve, given {len(piece.curves)} open ones")
+    region, inside = _region([loop.points @ matrix.T for loop in loops], holes)
     if piece.fold is not None:
-        region = _unfolded(region, piece.fold @ matrix.T, path)
+        region = _unfolded(region, piece.fold @ matrix.T)
     ring = shapely.simplify(shapely.Polygon(region.exterior), SMOOTH).exterior.normalize()
     points = np.array(ring.coords[:-1])
     points = points if shapely.is_ccw(ring) else points[::-1]
-    drawn = _distinct([(c.name, c.points @ matrix.T) for c in piece.curves if not c.closed and c.name])
+    lines = [curve for curve in piece.curves if not curve.closed and curve.name]
+    # repeated names are numbered, such as those of all curves in one DXF layer
+    drawn = dict(zip(distinct([line.name for line in lines]), [line.points @ matrix.T for line in lines], strict=True))
     meant = set(drawn) & set(openings or ())
     named = {name: curve for name, curve in drawn.items() if name in meant or lies_along(points, curve)}
     stray = [name for name in drawn if name not in named]
@@ -124,7 +125,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     open_sides = tuple(named) if openings is None else tuple(openings)
     for name in open_sides:
         if name not in sides:
-            raise InputError(f"{path}: openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")
+            raise InputError(f"openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")
     notes = [*piece.remarks, *inside]
     notes += ["unfolded along its mirror line (layer 6)"] if piece.fold is not None else []
     if openings is None:
@@ -133,13 +134,13 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, path: Path,
     return Cut(Outline(sides, holes=cut_out), open_sides, tuple(notes))
 
 
-def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tuple[shapely.Polygon, tuple[str, ...]]:
+def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Polygon, tuple[str, ...]]:
     """Return the cloth within the first closed curve, and notes on how the others were interpreted.
 
     A pattern may have two lines around a piece: the cut line and, inside, the sew line. No drawing states whether an
     inner curve is a hole or a sew line, but only a sew line follows the outline.
     """
-    outer, *others = (_within(ring, path) for ring in rings)
+    outer, *others = map(_within, rings)
     inner = np.array(others, dtype=object)
     bounds = shapely.bounds(inner)
     small = (bounds[:, 2:] - bounds[:, :2]).max(axis=1) < 0.05 * max(np.ptp(rings[0], axis=0))
@@ -148,9 +149,9 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     inner = inner[kept]
     notes = [f"left out: {counted(marks, 'closed curve')} across the outline"] if len(marks) else []
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
-        raise InputError(where(path, "must occur once in the drawing, given two copies"))
+        raise InputError("outline: must occur once in the drawing, given two copies")
     if not covered[kept].all():
-        raise InputError(where(path, "must be one closed curve with holes inside, given curves that cross each other"))
+        raise InputError("outline: must be one closed curve with holes inside, given curves that cross each other")
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
@@ -167,9 +168,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
         inner = inner[:0]
     region = outer.difference(shapely.union_all(inner)) if len(inner) else outer
     if not isinstance(region, shapely.Polygon):
-        raise InputError(
-            where(path, "must be one closed curve with holes inside, given curves that cut the outline apart")
-        )
+        raise InputError("outline: must be one closed curve with holes inside, given curves that cut the outline apart")
     return region, tuple(notes)
 
 
@@ -180,7 +179,7 @@ def _follows(inner: shapely.Polygon, outer: shapely.Polygon) -> bool:
     return bool(outer.exterior.hausdorff_distance(inner.exterior) < allowance)
 
 
-def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Polygon:
+def _unfolded(half: shapely.Polygon, line: np.ndarray) -> shapely.Polygon:
     """Return a whole piece: its drawn half, joined with the mirror image."""
     start, along = line[0], (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
 
@@ -192,11 +191,11 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray, path: Path) -> shapely.Po
     wider = shapely.union_all([part.buffer(SMOOTH, join_style="mitre") for part in halves])
     both = wider.buffer(-SMOOTH, join_style="mitre")
     if not isinstance(both, shapely.Polygon) or both.area < 1.5 * half.area:
-        raise InputError(where(path, "its mirror line (layer 6) must be a side of the piece"))
+        raise InputError("outline: its mirror line (layer 6) must be a side of the piece")
     return both
 
 
-def _within(points: np.ndarray, path: Path) -> shapely.Polygon:
+def _within(points: np.ndarray) -> shapely.Polygon:
     """Return the region inside a closed curve, which is simplified if it has more than `MAX_CORNERS` points."""
     if len(points) > MAX_CORNERS:
         around = np.vstack([points, points[:1]])
@@ -204,16 +203,8 @@ def _within(points: np.ndarray, path: Path) -> shapely.Polygon:
         lines = shapely.simplify([shapely.LineString(part) for part in parts], SMOOTH)
         points = np.concatenate([shapely.get_coordinates(line)[:-1] for line in lines])
     if len(points) > MAX_CORNERS:
-        raise InputError(where(path, f"must have curves of at most {MAX_CORNERS} corners, given {len(points)}"))
+        raise InputError(f"outline: must have curves of at most {MAX_CORNERS} corners, given {len(points)}")
     region = shapely.Polygon(points)
     if not region.is_valid or not region.area > 0.0:
-        raise InputError(where(path, f"must not cross or touch itself ({explain_validity(region)}, in metres)"))
+        raise InputError(f"outline: must not cross or touch itself ({explain_validity(region)}, in metres)")
     return region
-
-
-def _distinct(named: Sequence[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return curves by their names. Repeated names are numbered, such as those of all curves in one DXF layer."""
-    found: dict[str, np.ndarray] = {}
-    for name, points in named:
-        found[numbered(name, found)] = points
-    return found

@@ -20,6 +20,7 @@ from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
 from tatamu.garments.picture import read_picture
+from tatamu.garments.robust import robust_fit
 
 FAINTEST = 6.0
 """Minimum difference in colour between garment and table [CIELAB units]."""
@@ -104,14 +105,8 @@ def _difference(image: np.ndarray, usable: np.ndarray) -> np.ndarray:
     y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
     frame = np.maximum(np.abs(x), np.abs(y)) > 1 - 2 * 0.04  # of 4 %, which shows only the table
-    known = terms[frame & usable]
-    wanted = lab[frame & usable]
-    weight = np.ones(len(known))
-    for _ in range(5):  # reweighted, so that a ruler or a shadow on the frame counts little
-        root = np.sqrt(weight)[:, None]
-        fit = np.linalg.lstsq(known * root, wanted * root, rcond=None)[0]
-        off = np.linalg.norm(wanted - known @ fit, axis=1)
-        weight = 1.0 / (1.0 + (off / (2.0 * np.median(off) + 1e-6)) ** 2)
+    known = frame & usable
+    fit = robust_fit(terms[known], lab[known])  # a ruler or a shadow on the frame counts little
     return np.asarray(np.linalg.norm(lab - terms @ fit, axis=-1))
 
 

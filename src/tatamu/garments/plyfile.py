@@ -51,7 +51,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
         InputError: If the mesh has more vertices or faces than a garment's mesh may have.
     """
     order, elements, data = _header(data)
-    body = _Text(data) if order is None else _Body(data, order)
+    body = _Body(data, order)
     vertices, polygons = np.empty((0, 3)), list[list[int]]()
     for element in elements:
         try:
@@ -108,15 +108,18 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
 
 
 class _Body:
-    """The data of a binary file, which are taken one after the other."""
+    """The data of a file after its header, which are taken one after the other: bytes, or the words of a text."""
 
-    def __init__(self, data: bytes, order: Order = "<") -> None:
-        self._data = data
+    def __init__(self, data: bytes, order: Order | None) -> None:
+        self._data: Any = data.split() if order is None else data
         self._order = order
         self._next = 0
 
     def table(self, element: _Element) -> np.ndarray:
         """Return an element without lists, shape (count, properties)."""
+        if self._order is None:
+            width = len(element.properties)
+            return np.array(self._taken("u1", width * element.count), dtype=float).reshape(-1, width)
         row = np.dtype([(f"p{k}", each.kind) for k, each in enumerate(element.properties)])
         rows = self._taken(row, element.count)
         return np.column_stack([rows[name].astype(float) for name in row.names or ()])
@@ -135,27 +138,9 @@ class _Body:
             yield corners
 
     def _taken(self, kind: np.dtype[Any] | str, count: int) -> Any:
-        kind = np.dtype(kind).newbyteorder(self._order)
-        end = self._next + kind.itemsize * count
-        if end > len(self._data):
+        """Return the next numbers of a type, or the next words."""
+        start, self._next = self._next, self._next + count * (np.dtype(kind).itemsize if self._order else 1)
+        if self._next > len(self._data):
             raise IndexError
-        start, self._next = self._next, end
-        return np.frombuffer(self._data[start:end], kind)
-
-
-class _Text(_Body):
-    """The words of a text file."""
-
-    def __init__(self, data: bytes) -> None:
-        super().__init__(data)
-        self._words = data.split()
-
-    def table(self, element: _Element) -> np.ndarray:
-        width = len(element.properties)
-        return np.array(self._taken("", width * element.count), dtype=float).reshape(-1, width)
-
-    def _taken(self, kind: np.dtype[Any] | str, count: int) -> Any:
-        start, self._next = self._next, self._next + count
-        if self._next > len(self._words):
-            raise IndexError
-        return self._words[start : self._next]
+        part = self._data[start : self._next]
+        return np.frombuffer(part, np.dtype(kind).newbyteorder(self._order)) if self._order else part

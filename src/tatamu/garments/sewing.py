@@ -6,17 +6,10 @@ from collections.abc import Collection
 from contextlib import suppress
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from tatamu.base.errors import InputError
-from tatamu.garments.garment import (
-    Garment,
-    check_size,
-    check_spacing,
-    default_spacing,
-    largest_spacing,
-)
+from tatamu.garments.garment import Garment, check_size, check_spacing, default_spacing, largest_spacing
+from tatamu.garments.meshfile import connected
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import Panel, panel, without_chords
 from tatamu.simulation.material import Material
@@ -108,6 +101,5 @@ def _within(mesh: Panel, lines: list[np.ndarray]) -> np.ndarray:
     """Return whether each triangle belongs to the largest part that lines cut off, shape (m,)."""
     topology = Topology(mesh.faces)
     across = topology.neighbours[~among(topology.inner_edges, _steps(lines))]
-    joined = csr_array((np.ones(len(across)), across.T), shape=(len(mesh.faces),) * 2)
-    _, part = connected_components(joined, directed=False)
+    part = connected(across, len(mesh.faces))
     return part == np.argmax(np.bincount(part))

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError, one_line
 from tatamu.base.files import MIB, foreign, read_text
-from tatamu.garments.drawing import MAX_DRAWING, DrawnPieces, grouped, where
+from tatamu.garments.drawing import MAX_DRAWING, DrawnPieces, grouped
 from tatamu.garments.svg_shapes import INCH, LENGTH, UNITS, Page, Shape, view_box, visible_shapes
 from tatamu.garments.units import Unit
 
@@ -36,7 +36,7 @@ def read_svg(path: Path) -> DrawnPieces:
         root = ElementTree.fromstring(text.encode())
         if root.tag.rpartition("}")[2] != "svg":
             raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
-        unit = _unit(root, text, path)
+        unit = _unit(root, text)
         pixels = [float(size[1]) * UNITS[size[2].lower()].pixels for size in _sizes(root).values()]
         page = view_box(root) or (Page(0.0, 0.0, *pixels) if len(pixels) == 2 else None)
         shapes, notes = visible_shapes(root, page)
@@ -82,7 +82,7 @@ def _program(root: ElementTree.Element, text: str) -> tuple[str, int]:
     return "SVG", 96
 
 
-def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
+def _unit(root: ElementTree.Element, text: str) -> Unit:
     """Return the unit of the drawing's coordinates."""
     program, per_inch = _program(root, text)
     pixel = INCH / per_inch
@@ -97,14 +97,14 @@ def _unit(root: ElementTree.Element, text: str, path: Path) -> Unit:
     if seen is None:
         return Unit(pixel, name, f"{stated}, no viewBox")
     scales = [float(size[1]) * (UNITS[size[2].lower()].metres or pixel) / getattr(seen, k) for k, size in sizes.items()]
-    return Unit(_scale(scales, root.get("preserveAspectRatio", ""), path), UNITS[first[2].lower()].name or name, stated)
+    return Unit(_scale(scales, root.get("preserveAspectRatio", "")), UNITS[first[2].lower()].name or name, stated)
 
 
-def _scale(scales: list[float], fitting: str, path: Path) -> float:
+def _scale(scales: list[float], fitting: str) -> float:
     """Return the length of one unit of a drawing [m] that is fitted into a page, from those along its sides."""
     if max(scales) <= 1.001 * min(scales):
         return scales[0]
     if fitting.strip().startswith("none"):
         stretched = "must not be stretched (preserveAspectRatio none)"
-        raise InputError(where(path, f"{stretched}, because its width does not give the scale of its height"))
+        raise InputError(f"outline: {stretched}, because its width does not give the scale of its height")
     return max(scales) if "slice" in fitting else min(scales)

@@ -89,6 +89,15 @@ class _Place:
     within: tuple[Element, ...] = ()
     """The elements that contain this one, or refer to it."""
 
+    def moved(self, linear: Any, offset: Any, page: Page | None = None) -> _Place:
+        """Return the place of inner coordinates, by a matrix (2, 2) and an offset to this place's, maybe on a page."""
+        turn, shift = self.matrix[:, :2], self.matrix[:, 2]
+        return replace(self, matrix=np.column_stack([turn @ linear, turn @ offset + shift]), page=page or self.page)
+
+    def drawn(self, points: np.ndarray) -> np.ndarray:
+        """Return points in the coordinates of the drawing, shape (k, 2) each."""
+        return np.asarray(points @ self.matrix[:, :2].T + self.matrix[:, 2])
+
 
 def visible_shapes(root: Element, page: Page | None) -> tuple[list[Shape], list[str]]:
     """Return the shapes that a drawing shows, and notes on what was left out.
@@ -161,7 +170,7 @@ class _Drawing:
             return []
         if target in place.within or target is element:
             raise InputError(SELF_SHOWN)
-        moved = _moved(place, _length("x", style, place), _length("y", style, place))
+        moved = place.moved(np.eye(2), [_length("x", style, place), _length("y", style, place)])
         moved = replace(moved, within=(*place.within, element))
         given = {side: style[side] for side in ("width", "height") if side in style}
         if _tag(target) in ("symbol", "svg"):
@@ -178,16 +187,15 @@ class _Drawing:
         height = _length("height", {"height": "100%", **style}, place)
         if not (width > 0.0 and height > 0.0):
             return []
-        framed = replace(_moved(place, x, y), page=Page(0.0, 0.0, width, height))
+        framed = place.moved(np.eye(2), [x, y], Page(0.0, 0.0, width, height))
         if box := view_box(element):
             scale, offset = _fitted(box, width, height, element.get("preserveAspectRatio", ""))
-            matrix = _joined(framed.matrix, np.column_stack([np.diag(scale), offset]))
-            framed = replace(framed, matrix=matrix, page=box)
+            framed = framed.moved(np.diag(scale), offset, box)
         shapes = self.children(element, framed)
         if style.get("overflow") in ("visible", "auto"):
             return shapes
         border = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-        return self._cut(shapes, shapely.Polygon(_mapped(border, place.matrix)), _tag(element))
+        return self._cut(shapes, shapely.Polygon(place.drawn(border)), _tag(element))
 
     def _within(self, name: str, given: str, shapes: list[Shape], place: _Place) -> list[Shape]:
         """Return shapes as far as a clip path or a mask shows them."""
@@ -270,18 +278,6 @@ def _style_sheet(text: str) -> Sheet:
     return tuple(sorted(rules, key=lambda rule: rule[0]))
 
 
-def _joined(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    return np.column_stack([outer[:, :2] @ inner[:, :2], outer[:, :2] @ inner[:, 2] + outer[:, 2]])
-
-
-def _mapped(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    return np.asarray(points @ matrix[:, :2].T + matrix[:, 2])
-
-
-def _moved(place: _Place, x: float, y: float) -> _Place:
-    return replace(place, matrix=_joined(place.matrix, np.array([[1.0, 0.0, x], [0.0, 1.0, y]])))
-
-
 def _transformed(place: _Place, style: Mapping[str, str]) -> _Place:
     """Return the place with the transform of an element."""
     import svgelements
@@ -294,17 +290,16 @@ def _transformed(place: _Place, style: Mapping[str, str]) -> _Place:
     matrix = svgelements.Matrix(text)
     if place.page is not None:
         matrix.render(ppi=96, width=place.page.width, height=place.page.height)
-    made = np.array([[matrix.a, matrix.c, matrix.e], [matrix.b, matrix.d, matrix.f]], dtype=float)
-    return replace(place, matrix=_joined(place.matrix, made))
+    linear = np.array([[matrix.a, matrix.c], [matrix.b, matrix.d]], dtype=float)
+    return place.moved(linear, np.array([matrix.e, matrix.f], dtype=float))
 
 
 def _boxed(place: _Place, shapes: list[Shape]) -> _Place:
     """Return the place whose unit square is the box around shapes, as for the unit `objectBoundingBox`."""
     points = np.concatenate([curve.points for shape in shapes for curve in shape.curves])
     inverse = np.linalg.inv(np.vstack([place.matrix, [0.0, 0.0, 1.0]]))[:2]
-    local = _mapped(points, inverse)
-    low, size = local.min(axis=0), np.ptp(local, axis=0)
-    return replace(place, matrix=_joined(place.matrix, np.column_stack([np.diag(size), low])))
+    local = replace(place, matrix=inverse).drawn(points)
+    return place.moved(np.diag(np.ptp(local, axis=0)), local.min(axis=0))
 
 
 def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
@@ -354,7 +349,7 @@ def _curves(tag: str, style: Mapping[str, str], place: _Place) -> tuple[DrawnCur
         shape = getattr(svgelements, "SimpleLine" if tag == "line" else tag.capitalize())
         made = shape({**lengths, "points": style.get("points", "")})
     parts = svgelements.Path(made).as_subpaths()
-    curves = [polyline("", _mapped(_flattened(part), place.matrix)) for part in parts]
+    curves = [polyline("", place.drawn(_flattened(part))) for part in parts]
     return tuple(curve for curve in curves if curve)
 
 

@@ -20,6 +20,7 @@ from tatamu.garments.garment import Garment, check_size
 from tatamu.garments.meshfile import faults, pieces, read_mesh, welded
 from tatamu.garments.objfile import TriangleMesh
 from tatamu.garments.posture import posture
+from tatamu.garments.robust import robust_fit
 from tatamu.garments.units import DOUBTFUL, Unit, check_size_of_file, direction, doubts, how_to_scale
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import facing_down
@@ -225,13 +226,7 @@ def _scales(worn: np.ndarray, uv: np.ndarray) -> np.ndarray:
     """
     across = (np.roll(uv, -2, axis=1) - np.roll(uv, -1, axis=1)).reshape(-1, 2) ** 2
     wanted = worn.ravel() ** 2
-    terms = across / wanted[:, None]
-    weight = np.ones(len(terms))
-    for _ in range(5):
-        root = np.sqrt(weight)[:, None]
-        squared = np.linalg.lstsq(terms * root, root.ravel(), rcond=None)[0]
-        off = np.abs(terms @ squared - 1.0)
-        weight = 1.0 / (1.0 + (off / (2.0 * float(np.median(off)) + 1e-6)) ** 2)
+    squared = robust_fit(across / wanted[:, None], np.ones((len(wanted), 1)))[:, 0]
     return np.sqrt(np.maximum(squared, 1e-12 * float(squared.max())))
 
 
