@@ -72,6 +72,7 @@ def test_a_photo_in_other_units_is_refused(tmp_path: Path) -> None:
 
 WRONG = [
     ({"drape_coefficient": 47.0}, "write 0.47"),
+    ({"drape_coefficient": 10**400}, "must be between 0 and 1, given 1000"),
     ({"disc": 0.15}, "1.3 to 2.5 times plate"),
     ({"nodes": [-1]}, "greater than or equal to 0"),
 ]

@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from xml.etree import ElementTree
 
@@ -64,8 +65,7 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
             spec = mujoco.MjSpec.from_string(text)
         else:
             store.files += _included(path, root)
-            # MuJoCo finds the assets of an included file in another folder only if the path is absolute.
-            spec = mujoco.MjSpec.from_file(os.path.abspath(path))
+            spec = _read_mjcf(path)
             _keep_assets(spec, path, store)
             limits = JointLimits({}, _commanded_limits(spec), None)
     except ValueError as error:
@@ -102,13 +102,27 @@ def read_stage(path: Path) -> Any:
         ValueError: If MuJoCo cannot read the file.
     """
     _parsed(path)
-    spec = needed("mujoco").MjSpec.from_file(os.path.abspath(path))
-    drop_pictures(spec)
+    spec = _read_mjcf(path)
     store = _Store(path)
-    for field in spec.hfields:
-        if field.file:
-            store.heights(path.parent / spec.meshdir / field.file)
+    _keep_assets(spec, path, store)
+    give(spec, store.contents)
     return spec
+
+
+def _read_mjcf(path: Path) -> Any:
+    """Read an MJCF file with MuJoCo, which takes a backslash in a path for a slash on every system.
+
+    Raises:
+        ValueError: If MuJoCo cannot read the file.
+    """
+    read = needed("mujoco").MjSpec.from_file
+    absolute = os.path.abspath(path)  # else, assets of an included file in another folder are not found
+    if os.sep == "\\" or "\\" not in absolute:
+        return read(absolute)
+    with TemporaryDirectory() as place:
+        plain = Path(place, "model")
+        plain.symlink_to(os.path.dirname(absolute))
+        return read(str(plain / path.name))
 
 
 def drop_pictures(spec: Any) -> None:
