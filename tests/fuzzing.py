@@ -307,11 +307,14 @@ def _states(folder: Path, random: Random) -> None:
 
     format = random.choice([3, 3, 2])
     group = zarr.open_group(store=str(folder / "states.zarr"), mode="w", zarr_format=format)  # type: ignore[arg-type]
-    for name, array in {"length": np.array([3, 2]), "action": np.zeros((2, 3, 8), dtype="f4")}.items():
+    for name, array in {"length": np.array([3, 2]), "action": np.ones((2, 3, 8), dtype="f4")}.items():
         group.create_array(name, data=array)
     if format == 2:  # under the names of Zarr 3
         for file in (folder / "states.zarr").rglob(".z*"):
             shutil.copy(file, file.with_name("zarr.json"))
+        chunk = folder / "states.zarr" / "action" / "c" / "0" / "0" / "0"
+        chunk.parent.mkdir(parents=True)
+        shutil.copy(folder / "states.zarr" / "action" / "0.0.0", chunk)
 
 
 def _episodes(folder: Path, random: Random) -> None:
