@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -181,11 +182,9 @@ def _refuse_old_dask(address: str, process: str, found: Any) -> None:
     """Raise an error if a process has a version of Dask that does not work together with this one."""
     text = str(found["packages"]["distributed"])
     if tuple(map(int, re.findall("[0-9]+", text)[:2])) < OLDEST_DASK:
-        import distributed
-
+        here = version("distributed")
         raise InputError(
-            f"--scheduler: {address}: {process} has distributed {text} there, {distributed.__version__} here; install "
-            "the same versions"
+            f"--scheduler: {address}: {process} has distributed {text} there, {here} here; install the same versions"
         )
 
 
@@ -200,8 +199,8 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
     from tatamu.cluster.versions import difference, identify, processor
 
     with warnings.catch_warnings(action="ignore"):  # of Dask's own, in a table of several lines
-        of_dask = client.get_versions()["workers"]
-    for worker, found in of_dask.items():
+        of_dask: Any = client.get_versions()
+    for worker, found in of_dask["workers"].items():
         _refuse_old_dask(name, f"worker {worker}", found)
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():

@@ -99,7 +99,8 @@ def _opened(data: bytes, path: Path) -> Any:
         if data[:4] in (b"II*\0", b"MM\0*"):
             return None
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
-        hint = "; save it as JPEG or PNG" if phone else ""
+        command = f"`heif-convert {path.name} {path.stem}.png`"
+        hint = f"; save it as JPEG or PNG, for example with {command}" if phone else ""
         raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
 
 
