@@ -120,7 +120,12 @@ def _decoded(data: bytes) -> np.ndarray:
         raise InputError("photo: has more than 8 bits for each colour, which needs OpenCV: pip install 'tatamu[photo]'")
     import cv2
 
-    found = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    log: Any = cv2.utils.logging
+    before = log.setLogLevel(log.LOG_LEVEL_SILENT)  # libtiff would complain of broken tags on the console
+    try:
+        found: Any = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    finally:
+        log.setLogLevel(before)
     if found is None:
         raise ValueError("its pixel format is not supported; save it as an 8-bit PNG in grey or RGB")
     found = found.reshape(*found.shape[:2], -1)
