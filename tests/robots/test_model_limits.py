@@ -12,6 +12,7 @@ import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, load, plan_fold, save
+from tatamu.robots.description import disturbances_of
 from tatamu.robots.planfile import Planned
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.stage import load_stage
@@ -300,6 +301,22 @@ def test_an_included_file_of_another_folder_finds_its_meshes(tmp_path: Path, mon
     ):
         monkeypatch.chdir(folder_)
         assert load(path).model.nmesh == 2
+
+
+@pytest.mark.parametrize(
+    "shape", ["shapes\\link.stl", "package://mine\\shapes\\link.stl", "package://mine/shapes\\link.stl"]
+)
+def test_paths_as_on_windows_are_read(tmp_path: Path, shape: str) -> None:
+    write_mesh(tmp_path / "mine" / "shapes" / "link.stl")
+    (tmp_path / "mine" / "arm.urdf").write_text(urdf(f'<mesh filename="{shape}"/>'))
+    text = mjcf(more='<asset><mesh name="link" file="mine\\shapes\\link.stl"/></asset>')
+    (tmp_path / "arm.xml").write_text(text.replace('type="box" size="0.03 0.03 0.025"', 'type="mesh" mesh="link"'))
+    (tmp_path / "mine" / "hands.toml").write_text("[hands]\noffset = [0.001, 0.001, 0.001]\n")
+    top = "packages = { mine = 'mine\\..\\mine' }\ndisturbances = 'mine\\hands.toml'"
+    path = pair_of(tmp_path, "mine/arm.urdf", "arm.xml", top=top)
+    path.write_text(path.read_text().replace('"mine/arm.urdf"', r"'mine\arm.urdf'"))
+    assert load(str(path)).model.nmesh == 2
+    assert disturbances_of(path) is not None
 
 
 def test_files_from_outside_the_folder_of_a_description_are_noted(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_toml, validated
+from tatamu.base.files import beside, read_toml, validated
 from tatamu.base.records import Record
 from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.robots.arm import Jaw, LeRobotNames, Numbers, RosNames
@@ -203,7 +203,7 @@ def files_of(path: Path) -> list[Path]:
     for model in description.models:
         found += model_of(path, description, model).files
     if isinstance(description.disturbances, str):
-        found.append(path.parent / description.disturbances)
+        found.append(beside(path, description.disturbances))
     return list(dict.fromkeys(found))
 
 
@@ -217,7 +217,7 @@ def disturbances_of(path: Path, description: Description | None = None) -> Distu
     if own is None:
         return None
     if isinstance(own, str):
-        return read_disturbances(path.parent / own)
+        return read_disturbances(beside(path, own))
     return disturbances_in(own, f"{path}: disturbances")
 
 
@@ -236,7 +236,7 @@ def model_of(path: Path, description: Description, model: str) -> ModelFile:
     Raises:
         InputError: If one of the files cannot be read.
     """
-    file = path.parent / model
+    file = beside(path, model)
     if not file.is_file():
         raise InputError(f"{path}: model: there is no file {file}")
-    return read_model(file, {name: path.parent / folder for name, folder in description.packages.items()})
+    return read_model(file, {name: beside(path, folder) for name, folder in description.packages.items()})

@@ -16,7 +16,7 @@ import numpy as np
 import trimesh
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB, foreign, read_bytes
+from tatamu.base.files import MIB, beside, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.urdf import JointLimits, located, read_urdf
 
@@ -244,7 +244,7 @@ def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
             if asset.file:
                 file = Path(asset.file)
                 stripped = spec.strippath and not file.is_absolute()
-                asset.file = keep(path.parent / spec.meshdir / (file.name if stripped else file))
+                asset.file = keep(beside(path, str(Path(spec.meshdir, file.name if stripped else file))))
     spec.meshdir = spec.texturedir = ""
 
 

@@ -15,6 +15,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import beside
 
 XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{http://wiki.ros.org/xacro}")
 
@@ -93,9 +94,9 @@ def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     if scheme == "file" and rest:
         return Path(rest if os.path.exists(rest) else unquote(rest))
     if scheme not in ("package", "model") or not rest:
-        return urdf.parent / uri
+        return beside(urdf, uri)
     tried = []
-    for spelling in dict.fromkeys((rest, unquote(rest))):  # many files write names as they are, with % or spaces
+    for spelling in dict.fromkeys((rest, unquote(rest), rest.replace("\\", "/"))):  # any may be meant
         name, _, path = spelling.partition("/")
         for folder in _folders(name, urdf, packages):
             if (folder / path).is_file():
