@@ -536,7 +536,7 @@ def _value_replaced(data: bytes, random: Random) -> bytes:
         return _header_changed(data, lambda text: _value_replaced(text, random))
     try:
         value = json.loads(data)
-    except ValueError:
+    except (ValueError, RecursionError):
         return _renumbered(data, random)
     place: Any = value
     while isinstance(place, list | dict) and place:

@@ -262,7 +262,7 @@ def validated(model: type[Model], value: Any, source: Path | str) -> Model:
     try:
         return model.model_validate(value)
     except ValidationError as error:
-        raise InputError(f"{source}: {describe(error)}") from None
+        raise InputError(f"{source}: {describe(error, model)}") from None
     except InputError as error:  # raised by a record that checks itself
         raise InputError(f"{source}: {error}") from None
 
