@@ -63,6 +63,7 @@ def with_soft(soft: str, kind: str = "revolute", limit: str | None = None) -> st
         ('soft_lower_limit="-9" soft_upper_limit="9"', "revolute", None, (-2.9, 2.9)),
         ('soft_lower_limit="-0.3" soft_upper_limit="0.3"', "continuous", "", (-0.3, 0.3)),
         ('soft_lower_limit="-inf" soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
+        ('soft_upper_limit="1"/><safety_controller soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
         ("", "revolute", None, (-2.9, 2.9)),
     ],
 )
@@ -109,14 +110,36 @@ def test_a_plan_keeps_to_soft_limits_in_every_file_and_names_them(tmp_path: Path
     assert any("soft limits" in note and "larm pan" in note for note in planned.plan.notes)
 
 
-def test_the_range_that_a_position_drive_accepts_is_a_soft_limit(tmp_path: Path) -> None:
-    robot = of_mjcf(tmp_path, mjcf(more=DRIVE.format("-0.4 0.5")))
+@pytest.mark.parametrize(
+    "drive",
+    [
+        DRIVE.format("-0.4 0.5"),
+        DRIVE.format("-0.8 1").replace("kp", 'gear="2" kp'),
+        DRIVE.format("-0.5 0.4").replace("kp", 'gear="-1" kp'),
+        DRIVE.format("-0.4 0.5").replace("<position", "<intvelocity").replace("ctrlrange", "actrange"),
+        '<default><position ctrlrange="-0.4 0.5" kp="50"/></default><actuator><position joint="pan"/></actuator>',
+    ],
+)
+def test_the_range_that_a_position_drive_accepts_is_a_soft_limit(tmp_path: Path, drive: str) -> None:
+    robot = of_mjcf(tmp_path, mjcf(more=drive))
     assert robot.limits(robot.larm)[0] == pytest.approx([-0.4, 0.5]) and "larm pan -0.4 to 0.5" in "".join(robot.notes)
+
+
+def test_a_drive_that_inherits_a_part_of_its_joints_range_keeps_to_it(tmp_path: Path) -> None:
+    more = '<actuator><position joint="pan" kp="50" gear="2" inheritrange="0.5"/></actuator>'
+    robot = of_mjcf(tmp_path, mjcf(more=more))
+    assert robot.limits(robot.larm)[0] == pytest.approx([-0.725, 0.725])
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
+        (
+            urdf()
+            .replace('"pan" type="revolute"', '"pan" type="continuous"')
+            .replace('lower="-2.9" upper="2.9" velocity', 'upper="2.9" velocity', 1),
+            (-2 * np.pi, 2.9),
+        ),
         (urdf().replace('"pan" type="revolute"', '"pan" type="continuous"'), (-2.9, 2.9)),
         (
             urdf()

@@ -151,13 +151,20 @@ def _commanded_limits(spec: Any) -> dict[str, str]:
     mujoco, found = needed("mujoco"), {}
     for drive in spec.actuators:
         joint = spec.joint(drive.target) if drive.trntype == mujoco.mjtTrn.mjTRN_JOINT else None
-        low, high = drive.ctrlrange
         is_position = drive.biastype == mujoco.mjtBias.mjBIAS_AFFINE and drive.biasprm[1] == -drive.gainprm[0] != 0
-        limited = drive.ctrllimited != mujoco.mjtLimited.mjLIMITED_FALSE and low < high
-        if joint is None or not is_position or not limited or drive.gear[0] != 1:
+        if joint is None or not is_position or drive.gear[0] == 0:
             continue
         unit = _unit(spec, joint)
         hard = np.array(joint.range) * unit if _is_limited(spec, joint) else np.array([-np.inf, np.inf])
+        if drive.dyntype == mujoco.mjtDyn.mjDYN_INTEGRATOR:  # commands are velocities
+            given, limited = np.array(drive.actrange), drive.actlimited
+        else:
+            given, limited = np.array(drive.ctrlrange), drive.ctrllimited
+        if drive.inheritrange > 0 and np.isfinite(hard).all():
+            given = hard.mean() + 0.5 * drive.inheritrange * np.array([-1.0, 1.0]) * np.ptp(hard)
+        if limited == mujoco.mjtLimited.mjLIMITED_FALSE or given[0] >= given[1]:
+            continue
+        low, high = np.sort(given / drive.gear[0])
         soft = np.array([max(low, hard[0]), min(high, hard[1])])
         if soft[0] < soft[1] and np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
             joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, soft / unit
