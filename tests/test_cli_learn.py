@@ -289,7 +289,14 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
     monkeypatch: pytest.MonkeyPatch, compiled: int
 ) -> None:
     text = io.StringIO()
-    simulator = SimpleNamespace(prepare=lambda: time.sleep(0.2), compilation=lambda: (compiled, 80))
+
+    def prepared() -> None:
+        for _ in range(180_000 if compiled else 20):  # until it is said, on a machine however busy
+            if "compiling the simulator" in text.getvalue():
+                return
+            time.sleep(0.01)
+
+    simulator = SimpleNamespace(prepare=prepared, compilation=lambda: (compiled, 80))
     monkeypatch.setattr("tatamu.simulation.simulators.named", lambda name: simulator)
     monkeypatch.setattr("tatamu.cli.progress.BAR_EVERY", 0.01)
     prepare("native", Console(file=text))
