@@ -12,6 +12,7 @@ import json
 import re
 import resource
 import shutil
+import struct
 import sys
 import tempfile
 import time
@@ -38,6 +39,9 @@ from tatamu.evaluation.disturbances.description import OWN, read_disturbances
 from tatamu.evaluation.draws import read_outcomes
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
+from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.states import read_states
+from tatamu.policies.dataset.table import read_outcome, row_of, write_table
 from tatamu.robots.catalog import described
 from tatamu.robots.planfile import Planned
 from tatamu.simulation.material import PRESETS, load_material
@@ -47,7 +51,9 @@ from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
 from tatamu.study.folder import ResultFolder
+from tatamu.study.inputs import kept_input
 from tatamu.study.options import TaskRequest
+from tatamu.study.plan import PlanResult
 from tatamu.study.result import Result
 from tatamu.study.store import file_store, load_settings
 from tatamu.sweep.description import read_sweep
@@ -55,13 +61,15 @@ from tests.fabricated import write_fold
 from tests.foreign import svg, tshirt_svg
 from tests.patterns import aama_dxf, half_dxf, hoodie_svg, inserted_dxf
 from tests.photos import photograph
-from tests.robots.arms import pair
+from tests.robots.arms import BOX, mjcf, pair, urdf
 from tests.scenes import scene
 from tests.small_studies import towel
 from tests.test_garments_glb import WHOLE
 from tests.test_garments_svg import DRAWN, NEVER_DRAWN, SHOWN
 from tests.test_study_store import RECORD, finished
 
+ODD = ("plain", "a?1", "x%41y#b&c;d", 'it\'s "so"', " a ", "Tüch 畳 🧺", "-dash", "[b]{c}$(x)*~", "a\\b", "x" * 200)
+"""Names of folders."""
 EXAMPLES = Path(__file__).parent.parent / "examples"
 PATIENCE = 20.0
 """Reading a file takes no more time of a processor [s]: other programs do not count."""
@@ -72,6 +80,34 @@ NUMBERS = (
     *'0.1 3 1e9 1000000 1e-12 true null "" [] 50% 3em'.split(),
     "9" * 400,
 )
+WORDS = {
+    b"<svg": (
+        *('<clipPath id="k"><rect width="50%" height="1e9"/></clipPath>', '<symbol id="s" viewBox="0 0 0 4">'),
+        *('<mask id="m"><rect width="100%"/></mask>', '<pattern id="q">', '<marker id="w">', '<use href="#s"/>'),
+        *('<g clip-path="url(#k)" mask="url(#m)">', "</g>", "<switch>", "<style>*{clip-path:url(#k)}</style>"),
+        *('<svg width="50%" height="-50%" viewBox="0 0 1e-9 9">', '<rect width="100%" height="100%" fill="white"/>'),
+    ),
+    b"<robot": (
+        '<safety_controller soft_lower_limit="-0.3" soft_upper_limit="1e9"/>',
+        '<limit lower="0" upper="0" velocity="0"/><mimic joint="elbow" multiplier="1e9"/>',
+        *('<joint name="x" type="continuous"><parent link="foot"/><child link="x"/></joint>', '<link name="x"/>'),
+        *('<collision><geometry><mesh filename="package://a/../../b.stl"/></geometry></collision>', "</link>"),
+        *('<mujoco><compiler meshdir=".." strippath="true"/></mujoco>', '<joint name="pan" type="floating"/>'),
+    ),
+    b"<mujoco": (
+        *("<freejoint/>", '<joint type="ball"/>', '<include file="arm.xml"/>', '<attach model="a" body="foot"/>'),
+        *('<asset><texture name="t" type="2d" builtin="flat" width="99999" height="99999"/></asset>', "</body>"),
+        *('<asset><hfield name="h" nrow="99999" ncol="99999" size="1 1 1 1"/></asset>', "<default>"),
+        *('<actuator><position joint="pan" ctrlrange="-0.3 0.3"/></actuator>', '<replicate count="99999">'),
+        *('<equality><joint joint1="pan" joint2="lift"/></equality>', '<compiler meshdir=".." angle="degree"/>'),
+    ),
+    b"glTF": (
+        *('"extensionsRequired": ["KHR_draco_mesh_compression"]', '"extensionsRequired": [{}]', '"normalized": true'),
+        *('"skin": 0', '"matrix": [0]', '"scale": [0, 0, 0]', '"children": [0]', '"componentType": 5120'),
+        *('"sparse": {"count": 1e9}', '"byteStride": 1', '"mode": 5', '"targets": [{"POSITION": 0}]'),
+    ),
+}
+"""What stands in files of a kind, by what stands at their beginning."""
 TOKENS = (
     *(b"\x00", b"\x1b[2J", b"\xff\xfe", b"\xef\xbb\xbf", b"\xc2\x9b31m", b"\xe2\x80\xae", b"\n", b"\r", b"\t"),
     *(b"<", b'"', b"{", b"]]>", b"&lt;", b"%s%n"),
@@ -247,6 +283,75 @@ EVENTS = [
 ]
 
 
+def _arm(folder: Path, random: Random) -> None:
+    """A pair of arms that states soft limits, continuous joints, drives, masses or meshes."""
+    pair(folder)
+    (folder / "link.stl").write_bytes(trimesh.creation.box([0.06, 0.06, 0.05]).export(file_type="stl"))
+    soft = "<safety_controller soft_lower_limit='-1' soft_upper_limit='1'/></joint>"
+    mesh = '<mesh filename="package://arms/link.stl"/>'
+    plain, continuous = urdf(), urdf().replace('"pan" type="revolute"', '"pan" type="continuous"')
+    heavy = plain.replace('izz="0.01"', 'izz="9"', 1)
+    texts = (plain.replace("</joint>", soft, 1), continuous, heavy, urdf(mesh), urdf(f"<!-- {mesh} -->{BOX}"))
+    (folder / "arm.urdf").write_text(random.choice(texts))
+    drive = '<actuator><position joint="pan" kp="50" ctrlrange="-1 1"/></actuator>'
+    asset = '<asset><mesh name="m" file="link.stl"/></asset>'
+    shown = '<geom type="mesh" mesh="m"/>'
+    (folder / "arm.xml").write_text(random.choice([mjcf(more=drive), mjcf(more=asset, hand=shown)]))
+    described = (folder / "pair.toml").read_text()
+    (folder / "pair.toml").write_text('packages = { arms = "." }\n' + described)
+
+
+def _states(folder: Path, random: Random) -> None:
+    """The arrays of two episodes, as they are written here or as Zarr 2 writes them."""
+    import zarr
+
+    format = random.choice([3, 3, 2])
+    group = zarr.open_group(store=str(folder / "states.zarr"), mode="w", zarr_format=format)  # type: ignore[arg-type]
+    for name, array in {"length": np.array([3, 2]), "action": np.ones((2, 3, 8), dtype="f4")}.items():
+        group.create_array(name, data=array)
+    if format == 2:  # under the names of Zarr 3
+        for file in (folder / "states.zarr").rglob(".z*"):
+            shutil.copy(file, file.with_name("zarr.json"))
+        chunk = folder / "states.zarr" / "action" / "c" / "0" / "0" / "0"
+        chunk.parent.mkdir(parents=True)
+        shutil.copy(folder / "states.zarr" / "action" / "0.0.0", chunk)
+
+
+def _episodes(folder: Path, random: Random) -> None:
+    plain: dict[str, Any] = {"task": "", "source": "drawn", "garment": "towel", "plan": "half", "material": {}}
+    plain |= {"parameters": {}, "world": {}, "frames": 1, "vertices": 2, "score": None, "success": True}
+    records = [EpisodeRecord(episode=k, fold=0, **plain) for k in range(3)]
+    write_table(folder / "episodes.parquet", [row_of(record, np.zeros((2, 3))) for record in records])
+
+
+def _read_states(folder: Path) -> object:
+    return read_states(folder / "states.zarr", 1, ["action"])
+
+
+def _inputs(folder: Path, random: Random) -> None:
+    (folder / "inputs").mkdir()
+    material = random.choice(["material/m.toml", "../m.toml", "/m.toml"])
+    (folder / "inputs" / "files.json").write_text(json.dumps({"garment": "garment/a.svg", "material": material}))
+
+
+def _several(folder: Path, random: Random) -> None:
+    """The record of a plan of two steps, which a foreign one may say to lie elsewhere."""
+    write_fold(folder / "step-1", spacing=0.1, count=3, frames=4)
+    shutil.copytree(folder / "step-1", folder / "step-2")
+    shutil.copy(folder / "step-1" / "rollout.npz", folder)
+    fold = json.loads((folder / "step-1" / "result.json").read_text())
+    distances = {"mean_vertex_distance": 0.01, "mask_iou": 0.9, "area_error": 1.0}
+    trial = next(trial for trial in fold["trials"] if trial["number"] == fold["best"])
+    step = {**trial, "title": "in half", "hands": 2, "trials": 3, "best": 0, "crossings": {"final": 0, "most": 0}}
+    step["whole"] = distances
+    elsewhere = random.choice(
+        ["step-2", "step-2", "../elsewhere", "step-1/../step-2", "/step-2", "javascript:0", "step-0"]
+    )
+    steps = [{**step, "folder": "step-1"}, {**step, "folder": elsewhere}]
+    record = {**{name: fold[name] for name in ("sampler", "grasps", "seed", "wall_seconds")}, "plan": fold["task"]}
+    (folder / "result.json").write_text(json.dumps({**record, "version": 1, "steps": steps, "final": distances}))
+
+
 def _robot_plan(folder: Path, random: Random) -> None:
     (folder / "joint_trajectory.csv").write_text(TRAJECTORY)
     pose = {"xyz": [0.3, 0.0, 0.0], "yaw": 0.1}
@@ -325,9 +430,18 @@ KINDS = (
     Kind("result.json", _fold("result.json"), Result.load),
     Kind("plan.json", _robot_plan, Planned.load),
     Kind("joint_trajectory.csv", _robot_plan, Planned.load),
+    Kind("result.json", _several, PlanResult.load),
+    Kind("inputs/files.json", _inputs, lambda folder: (kept_input(folder, "garment"), kept_input(folder, "material"))),
+    Kind("states.zarr/zarr.json", _states, _read_states),
+    Kind("states.zarr/action/zarr.json", _states, _read_states),
+    Kind("states.zarr/action/c/0/0/0", _states, _read_states),
+    Kind("episodes.parquet", _episodes, lambda folder: read_outcome(folder / "episodes.parquet", 1)),
     Kind("pair.toml", _pair, lambda folder: described(folder / "pair.toml")),
     Kind("arm.urdf", _pair, lambda folder: described(folder / "pair.toml")),
     Kind("arm.xml", _pair, lambda folder: described(folder / "pair.toml")),
+    Kind("arm.urdf", _arm, lambda folder: described(folder / "pair.toml")),
+    Kind("arm.xml", _arm, lambda folder: described(folder / "pair.toml")),
+    Kind("link.stl", _arm, lambda folder: described(folder / "pair.toml")),
     Kind("study.db", _study, _changed_study),
     Kind("simulated.jsonl", _verdicts, lambda folder: read_outcomes(folder / "simulated.jsonl").get("k1")),
     Kind("manipulation.json", _fold("manipulation.json"), lambda folder: Result.load(folder).manipulation),
@@ -390,11 +504,39 @@ def _lines_moved(data: bytes, random: Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _words_added(data: bytes, random: Random) -> bytes:
+    """What other files of the kind contain, after a random element or in a random object."""
+    words = next((words for start, words in WORDS.items() if start in data[:2_000]), None)
+    if words is None:
+        return _inserted(data, random)
+    word = random.choice(words).encode()
+    if data.startswith(b"glTF"):
+        return _header_changed(data, lambda text: _after(text, b"{", word + b", ", random))
+    return _after(data, b">", word, random)
+
+
+def _after(data: bytes, mark: bytes, word: bytes, random: Random) -> bytes:
+    places = [found.end() for found in re.finditer(re.escape(mark), data)]
+    place = random.choice(places or [0])
+    return data[:place] + word + data[place:]
+
+
+def _header_changed(data: bytes, change: Callable[[bytes], bytes]) -> bytes:
+    """A GLB whose JSON is changed, and whose lengths fit."""
+    end = 20 + int.from_bytes(data[12:16], "little")
+    text = change(data[20:end])
+    text += b" " * (-len(text) % 4)
+    length = struct.pack("<I", len(data) - end + 20 + len(text))
+    return data[:8] + length + struct.pack("<I", len(text)) + data[16:20] + text + data[end:]
+
+
 def _value_replaced(data: bytes, random: Random) -> bytes:
     """JSON with another value somewhere."""
+    if data.startswith(b"glTF"):
+        return _header_changed(data, lambda text: _value_replaced(text, random))
     try:
         value = json.loads(data)
-    except ValueError:
+    except (ValueError, RecursionError):
         return _renumbered(data, random)
     place: Any = value
     while isinstance(place, list | dict) and place:
@@ -408,7 +550,18 @@ def _value_replaced(data: bytes, random: Random) -> bytes:
     return json.dumps(value).encode()
 
 
-BREAKS = (_flip, _cut_off, _left_out, _repeated, _inserted, _renumbered, _renumbered, _lines_moved, _value_replaced)
+BREAKS = (
+    _flip,
+    _cut_off,
+    _left_out,
+    _repeated,
+    _inserted,
+    _renumbered,
+    _renumbered,
+    _lines_moved,
+    _value_replaced,
+    _words_added,
+)
 
 
 def outcome(seed: int, whole: bool = False) -> str:
@@ -416,7 +569,8 @@ def outcome(seed: int, whole: bool = False) -> str:
     random = Random(seed)
     kind = KINDS[seed % len(KINDS)]
     with tempfile.TemporaryDirectory(prefix="tatamu-fuzz-") as name:
-        folder = Path(name)
+        folder = Path(name, random.choice(ODD))
+        folder.mkdir()
         kind.write(folder, random)
         path = folder / kind.name
         if not whole:

@@ -54,6 +54,7 @@ sag = 0.03
         ("sag = 0.03", "sag = 0.06", "sag (0.06 m) must be less than free_length (0.05 m)"),
         ("free_length = 0.05\nsag = 0.03", "free_length = 0.005\nsag = 0.003", "must be at least 0.01 m"),
         ("[sag]", "[loop]\nheight = 30.0\n[sag]", "loop.height: must be in metres"),
+        ("mass = 0.02", "mass = 1" + 400 * "0", "garment.mass: must be a finite number of kilograms"),
         ("mass = 0.02", "mass = -0.02", "garment.mass: must be above 0, given -0.02 kilograms"),
         ("mass = 0.02", "mass = 95", "if the reading is in grams, write 0.095"),
         ("H_s = [0.25, 0.26]", "H_s = 0", "friction.H_s: must be above 0"),

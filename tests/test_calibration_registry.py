@@ -43,6 +43,7 @@ IMPOSSIBLE: list[tuple[str, dict[str, Any], str]] = [
     ("sag", {"free_length": 34, "sag": 0.02}, "write 0.034; in centimetres, 0.34"),
     ("loop", {"height": 2.5}, "is the height in metres"),
     ("plate", {"drape_coefficient": 47.0}, "write 0.47"),
+    ("plate", {"drape_coefficient": 10**400}, "must be between 0 and 1, given 1000"),
     ("plate", {"disc": 0.15}, "1.3 to 2.5 times plate"),
     ("plate", {"nodes": [-1]}, "greater than or equal to 0"),
     ("crease", {"angle": 200.0}, "in degrees, at most 180"),

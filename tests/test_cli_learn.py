@@ -58,6 +58,8 @@ def test_the_end_says_the_verdict_and_the_note_and_exits_with_0(
     best = ResultFolder(tmp_path).record.best_score
     assert f"{1e3 * best.mean_vertex_distance:.1f} mm" in verdicts[0]
     assert any(line.startswith("succeeds in ") and "of 6 simulations" in line for line in said)
+    warnings = ResultFolder(tmp_path).rollout.info["warnings"]  # of coarse cells
+    assert warnings and [f"warning: {line}" for line in warnings] == [line for line in said if line[:7] == "warning"]
 
 
 @pytest.mark.parametrize(("size", "succeeded"), [(0.0018, True), (0.0124, True), (0.0126, False), (0.03, False)])
@@ -286,7 +288,14 @@ def test_a_simulator_that_compiles_says_so_and_one_that_loads_does_not(
     monkeypatch: pytest.MonkeyPatch, compiled: int
 ) -> None:
     text = io.StringIO()
-    simulator = SimpleNamespace(prepare=lambda: time.sleep(0.2), compilation=lambda: (compiled, 80))
+
+    def prepared() -> None:
+        for _ in range(180_000 if compiled else 20):  # until it is said, on a machine however busy
+            if "compiling the simulator" in text.getvalue():
+                return
+            time.sleep(0.01)
+
+    simulator = SimpleNamespace(prepare=prepared, compilation=lambda: (compiled, 80))
     monkeypatch.setattr("tatamu.simulation.simulators.named", lambda name: simulator)
     monkeypatch.setattr("tatamu.cli.progress.BAR_EVERY", 0.01)
     prepare("native", Console(file=text))

@@ -23,7 +23,7 @@ from typer.testing import CliRunner
 
 from tatamu.base.errors import InputError, UnavailableError, WorkerKilledError
 from tatamu.cluster import connected, executor_at
-from tatamu.cluster.connection import CERTIFICATES, parse_address
+from tatamu.cluster.connection import CERTIFICATES, OLDEST_DASK, parse_address
 from tatamu.cluster.executor import LARGE, DaskExecutor, SharedArguments
 from tatamu.cluster.versions import checked_call, difference, versions
 from tatamu.cluster.watch import Patience, Watch
@@ -32,6 +32,7 @@ from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.task import make_task
 from tatamu.study.loop import _timed
 from tests.commands import refused
+from tests.oldest import PROJECT
 from tests.scenes import scene
 from tests.small_studies import X, bytes_in, learn_plain, timeless, towel
 from tests.test_real_cloth import write_fabrics
@@ -252,6 +253,32 @@ def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypat
         InputError, match=r"worker tcp://.* has numpy .* there, 1\.26\.4 here; install the same versions"
     ):
         refuse_other_versions(executor._client, "local:2")
+
+
+def test_workers_and_schedulers_with_an_old_dask_are_refused(
+    executor: DaskExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker of 2024 dies of the first call, and a client cannot even connect to a scheduler of 2024."""
+    from tatamu.cluster.connection import refuse_other_versions
+
+    said = r"has distributed 2024\.4\.1 there, .* here; install the same versions"
+    old = {"packages": {"distributed": "2024.4.1"}}
+    with monkeypatch.context() as patched:
+        patched.setattr(executor._client, "get_versions", lambda: {"workers": {"tcp://a:1": old}})
+        with pytest.raises(InputError, match=f"local:2: worker tcp://a:1 {said}"):
+            refuse_other_versions(executor._client, "local:2")
+    scheduler = executor._client.scheduler_info(n_workers=0)["address"]
+    with connected(scheduler) as again:
+        assert again.submit(nap, 0.0).result(LONGEST) == 0.0
+    monkeypatch.setattr("tatamu.cluster.connection.OLDEST_DASK", (9999, 1))
+    with pytest.raises(InputError, match=r"the scheduler has distributed .* there, .* here; install"):
+        with connected(scheduler):
+            pass
+
+
+def test_the_oldest_dask_is_that_of_the_extra() -> None:
+    year, month = OLDEST_DASK
+    assert f'"distributed>={year}.{month}"' in PROJECT.read_text()
 
 
 def test_a_worker_that_dies_while_its_versions_are_asked_for_is_no_refusal(

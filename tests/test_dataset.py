@@ -202,6 +202,7 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         ('episodes = 2\nformats = ["zarr", "zarr"]', r"formats must be different"),
         ("episodes = 2\nformats = []", r"formats"),
         ('episodes = 2\n[garment]\nwidth = "wide"\nlength = 0.4', r"garment.width.*must be a number, a list"),
+        (f"episodes = 2\n[garment]\nwidth = {10**400}\nlength = 0.4", r"garment.width.*must be a number, a list"),
         ("episodes = 2\n[garment]\nwidth = 0.3", r"garment.*length must be given with width"),
         ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"high must not be below low"),
         ("episodes = 2\n[garment]\nname = []", r"garment.name.*must be a name, or a list of names"),

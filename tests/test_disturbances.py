@@ -321,7 +321,11 @@ def test_no_scenario_has_a_material_that_cannot_be(task: Task, low: Manipulation
 
 @pytest.mark.parametrize(
     ("uncertainty", "says"),
-    [("shear_stiffness = 1.0", "the material has no shear_stiffness"), ("bending_rigidity = '1'", "must be a number")],
+    [
+        ("shear_stiffness = 1.0", "the material has no shear_stiffness"),
+        ("bending_rigidity = '1'", "must be a number"),
+        ("bending_rigidity = 1" + 400 * "0", "must be a number"),
+    ],
 )
 def test_an_uncertainty_of_nothing_is_refused(tmp_path: Path, uncertainty: str, says: str) -> None:
     file = tmp_path / "cloth.toml"

@@ -109,8 +109,13 @@ def test_no_picture_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         find_outline(tmp_path / "none.jpg")
     (tmp_path / "photo.HEIC").write_bytes(b"no picture")
-    with pytest.raises(InputError, match="save it as JPEG"):
+    with pytest.raises(
+        InputError, match=r"save it as JPEG or PNG, for example with `heif-convert photo.HEIC photo\.png`"
+    ):
         find_outline(tmp_path / "photo.HEIC")
+    (tmp_path / "photo.jpg").write_bytes(b"\0\0\0\x1cftypheic\0\0\0\0mif1heic")  # as phones name them after sending
+    with pytest.raises(InputError, match=r"heif-convert photo\.jpg photo\.png"):
+        find_outline(tmp_path / "photo.jpg")
 
 
 def test_sixteen_bits_of_grey_are_read(tmp_path: Path) -> None:

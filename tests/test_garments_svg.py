@@ -51,6 +51,8 @@ NEVER_DRAWN = {
     "no display in a style": f'<g style="opacity: 1; display:none">{OTHER}</g>',
     "no display in a sheet": f'<style>/* a */ .x, .y {{display: none}}</style><g class="z x">{OTHER}</g>',
     "no display by id": f'<style>#q{{display:none !important}}</style><g id="q">{OTHER}</g>',
+    "no opacity": f'<g opacity="0">{OTHER}</g>',
+    "no opacity in a style": f'<g style="opacity: 0.0%">{OTHER}</g>',
     "not visible": f'<g visibility="hidden">{OTHER}</g>',
     "no width": '<rect x="5" y="5" height="80"/>',
     "second of a switch": f"<switch><g/>{OTHER}</switch>",

@@ -7,13 +7,16 @@ import sqlite3
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import Field
 
 from tatamu.api import learn
 from tatamu.base.errors import InputError, TatamuError
-from tatamu.base.files import check_targets, read_toml
+from tatamu.base.files import check_targets, read_toml, validated
+from tatamu.base.records import Record
 from tatamu.folding.plan import load_plan
 from tatamu.folding.task import make_task
 from tatamu.garments import load_garment, make_garment
@@ -144,3 +147,37 @@ def test_a_program_without_standard_streams_works(command: str, closed: str, tmp
     done = subprocess.run(["sh", "-c", line], capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert {path.suffix for path in tmp_path.iterdir()} <= {".json", ".pdf", ".toml", ".npz"}
+
+
+@pytest.mark.parametrize(("given", "meant"), [({"trial": 3}, "trials"), ({"disturbance": "none"}, "disturbances")])
+def test_an_option_with_a_typing_error_gets_the_name_that_is_meant(given: dict[str, Any], meant: str) -> None:
+    for make in (LearnOptions, LearnOptions(trials=2).replace):
+        with pytest.raises(InputError, match=f"; did you mean {meant}\\?$"):
+            make(**given)
+
+
+def test_the_name_that_is_meant_is_said_of_files_and_inner_tables_too() -> None:
+    for given, meant in (
+        ({"groun": 1}, "ground"),
+        ({"inner": {"trail": 1}}, "trial"),
+        ({"many": [{"trail": 1}]}, "trial"),
+    ):
+        with pytest.raises(InputError, match=f"did you mean {meant}"):
+            validated(_Outer, given, "a.toml")
+
+
+class _Inner(Record):
+    trial: int = 0
+
+
+class _Outer(Record):
+    ground: int = 0
+    inner: _Inner | None = None
+    many: list[_Inner] = Field(default_factory=list)
+
+
+def test_options_are_replaced_by_name_and_checked() -> None:
+    options = LearnOptions(trials=3, disturbances="none")
+    assert options.replace(trials=4) == LearnOptions(trials=4, disturbances="none")
+    with pytest.raises(InputError, match="trials: must be from 1"):
+        options.replace(trials=0)

@@ -189,6 +189,14 @@ def test_info_says_what_a_rollout_must_say() -> None:
     assert info["simulator"] == "native"
 
 
+@pytest.mark.parametrize(("times", "told"), [([0.0, 0.2], False), ([0.0, 20.0], True)])
+def test_a_motion_that_the_scene_does_not_reach_is_told(times: list[float], told: bool) -> None:
+    lifts = held(np.array([0, 1]), times=times, displacements=[[0.0, 0.0, 0.0], [0.0, 0.0, 0.02]])
+    lines = simulate(scene(grippers=[lifts], duration=0.3)).info["warnings"]
+    said = "grippers.0: the scene ends after 0.3 s, before the motion until 20 s"
+    assert any(line.startswith(said) for line in lines) == told
+
+
 def test_frames_of_a_large_rollout_are_kept_in_single_precision() -> None:
     made = scene(cloth=sheet(height=0.3), duration=0.4)
     double = simulate(made).positions

@@ -13,8 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tatamu.base.errors import InputError
 from tatamu.base.files import replacing, write_text
 from tatamu.cameras.lens import Lens, write_lens
+from tatamu.garments import make_garment
 from tatamu.study.folder import ResultFolder
 from tatamu.study.store import file_store
 from tests.commands import refused, tatamu
@@ -138,6 +140,22 @@ def test_a_file_that_is_missing_is_named_as_given(name: str, tmp_path: Path) -> 
     assert (tmp_path / name).is_file()
     for words in (("show", "--", f"{name}.svg"), ("simulate", "--out", "a.npz", "--", f"{name}.json")):
         assert name.strip() in refused(*words, cwd=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["C:\\temp\\new.svg", "sub\nshirt.svg", "sub\\a\rm.svg"])
+def test_a_path_with_escapes_of_toml_is_quoted_and_the_line_says_how_to_write_it(name: str, tmp_path: Path) -> None:
+    text = name.replace("\n", "\\n").replace("\r", "\\r")  # as a person writes it
+    (tmp_path / "a.toml").write_text(f'[garment]\noutline = "{text}"\n')
+    with pytest.raises(InputError, match="write a path with / or in single quotes") as error:
+        make_garment(str(tmp_path / "a.toml"))
+    assert str(error.value).count("a.toml") == 1
+
+
+def test_a_file_is_named_once_whatever_its_name(tmp_path: Path) -> None:
+    (tmp_path / "a  b.svg").write_text("<svg/>")
+    with pytest.raises(InputError) as error:
+        make_garment(str(tmp_path / "a  b.svg"))
+    assert str(error.value).count("b.svg") == 1
 
 
 @pytest.mark.parametrize("quote", ["'", '"'])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
@@ -72,6 +73,17 @@ def test_a_deep_picture_with_alpha_is_cut_out(plain: tuple[np.ndarray, np.ndarra
     cv2.imwrite(str(tmp_path / "a.png"), deep)
     picture = read_picture(tmp_path / "a.png")
     assert picture.alpha is not None and (picture.alpha > 127).sum() == 300 * 300
+
+
+def test_opencv_prints_nothing_of_a_broken_picture(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    cv2.imwrite(str(tmp_path / "a.tif"), np.full((50, 60, 3), 0.5, np.float32))
+    data = (tmp_path / "a.tif").read_bytes()
+    start = int.from_bytes(data[4:8], "little")
+    end = start + 2 + 12 * int.from_bytes(data[start : start + 2], "little")  # where the offset of the next page stands
+    (tmp_path / "a.tif").write_bytes(data[:end] + b"\x03\0\0\0" + data[end + 4 :])
+    with suppress(InputError):
+        read_picture(tmp_path / "a.tif")
+    assert capfd.readouterr() == ("", "")
 
 
 def test_pixels_that_are_no_numbers_are_one_line(tmp_path: Path) -> None:

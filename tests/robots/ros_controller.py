@@ -47,7 +47,7 @@ def main() -> None:
     for name in controllers:
         rospy.Subscriber("/" + name + "/command", JointTrajectory, lambda message, name=name: listen(name, message))
     print("ready", flush=True)
-    deadline = time.time() + 60
+    deadline = time.time() + 1800
     while len(heard) < len(controllers) and time.time() < deadline:
         time.sleep(0.05)
     with open(sys.argv[1], "w") as file:

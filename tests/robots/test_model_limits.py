@@ -12,6 +12,7 @@ import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, load, plan_fold, save
+from tatamu.robots.description import disturbances_of
 from tatamu.robots.planfile import Planned
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.stage import load_stage
@@ -50,6 +51,7 @@ def with_soft(soft: str, kind: str = "revolute", limit: str | None = None) -> st
         ('soft_lower_limit="-9" soft_upper_limit="9"', "revolute", None, (-2.9, 2.9)),
         ('soft_lower_limit="-0.3" soft_upper_limit="0.3"', "continuous", "", (-0.3, 0.3)),
         ('soft_lower_limit="-inf" soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
+        ('soft_upper_limit="1"/><safety_controller soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
         ("", "revolute", None, (-2.9, 2.9)),
     ],
 )
@@ -93,14 +95,36 @@ def test_a_plan_keeps_to_soft_limits_in_every_file_and_names_them(tmp_path: Path
     assert any("soft limits" in note and "larm pan" in note for note in planned.plan.notes)
 
 
-def test_the_range_that_a_position_drive_accepts_is_a_soft_limit(tmp_path: Path) -> None:
-    robot = load(str(pair_of_mjcf(tmp_path, mjcf(more=DRIVE.format("-0.4 0.5")))))
+@pytest.mark.parametrize(
+    "drive",
+    [
+        DRIVE.format("-0.4 0.5"),
+        DRIVE.format("-0.8 1").replace("kp", 'gear="2" kp'),
+        DRIVE.format("-0.5 0.4").replace("kp", 'gear="-1" kp'),
+        DRIVE.format("-0.4 0.5").replace("<position", "<intvelocity").replace("ctrlrange", "actrange"),
+        '<default><position ctrlrange="-0.4 0.5" kp="50"/></default><actuator><position joint="pan"/></actuator>',
+    ],
+)
+def test_the_range_that_a_position_drive_accepts_is_a_soft_limit(tmp_path: Path, drive: str) -> None:
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf(more=drive))))
     assert robot.limits(robot.larm)[0] == pytest.approx([-0.4, 0.5]) and "larm pan -0.4 to 0.5" in "".join(robot.notes)
+
+
+def test_a_drive_that_inherits_a_part_of_its_joints_range_keeps_to_it(tmp_path: Path) -> None:
+    more = '<actuator><position joint="pan" kp="50" gear="2" inheritrange="0.5"/></actuator>'
+    robot = of_mjcf(tmp_path, mjcf(more=more))
+    assert robot.limits(robot.larm)[0] == pytest.approx([-0.725, 0.725])
 
 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
+        (
+            urdf()
+            .replace('"pan" type="revolute"', '"pan" type="continuous"')
+            .replace('lower="-2.9" upper="2.9" velocity', 'upper="2.9" velocity', 1),
+            (-2 * np.pi, 2.9),
+        ),
         (urdf().replace('"pan" type="revolute"', '"pan" type="continuous"'), (-2.9, 2.9)),
         (
             urdf()
@@ -212,6 +236,7 @@ NAMES = [
     "折りたたみ-🤖",
     "-dash",
     "[x]{y}*",
+    "a\\b",
     "x" * 200,
 ]
 
@@ -245,7 +270,9 @@ def test_files_of_any_name_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_a_plan_of_any_name_is_written_and_rehearsed(tmp_path: Path, short_plan: object, name: str) -> None:
     save(short_plan, tmp_path / name)  # type: ignore[arg-type]
     planned = Planned.load(tmp_path / name)
-    assert mujoco.MjModel.from_xml_path(str(tmp_path / name / "robot.xml")).nmesh
+    assert load_stage(tmp_path / name).compile().nmesh
+    if "\\" not in name:  # MuJoCo takes this for a slash
+        assert mujoco.MjModel.from_xml_path(str(tmp_path / name / "robot.xml")).nmesh
     assert len(planned.times) > 100
     assert [path.name for path in tmp_path.iterdir()] == [name]
 
@@ -272,6 +299,22 @@ def test_an_included_file_of_another_folder_finds_its_meshes(tmp_path: Path, mon
     ):
         monkeypatch.chdir(folder_)
         assert load(path).model.nmesh == 2
+
+
+@pytest.mark.parametrize(
+    "shape", ["shapes\\link.stl", "package://mine\\shapes\\link.stl", "package://mine/shapes\\link.stl"]
+)
+def test_paths_as_on_windows_are_read(tmp_path: Path, shape: str) -> None:
+    write_mesh(tmp_path / "mine" / "shapes" / "link.stl")
+    (tmp_path / "mine" / "arm.urdf").write_text(urdf(f'<mesh filename="{shape}"/>'))
+    text = mjcf(more='<asset><mesh name="link" file="mine\\shapes\\link.stl"/></asset>')
+    (tmp_path / "arm.xml").write_text(text.replace('type="box" size="0.03 0.03 0.025"', 'type="mesh" mesh="link"'))
+    (tmp_path / "mine" / "hands.toml").write_text("[hands]\noffset = [0.001, 0.001, 0.001]\n")
+    top = "packages = { mine = 'mine\\..\\mine' }\ndisturbances = 'mine\\hands.toml'"
+    path = pair_of(tmp_path, "mine/arm.urdf", "arm.xml", top=top)
+    path.write_text(path.read_text().replace('"mine/arm.urdf"', r"'mine\arm.urdf'"))
+    assert load(str(path)).model.nmesh == 2
+    assert disturbances_of(path) is not None
 
 
 def test_files_from_outside_the_folder_of_a_description_are_noted(tmp_path: Path) -> None:

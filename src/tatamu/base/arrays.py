@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Annotated, Any
 
 import numpy as np
@@ -9,6 +10,13 @@ from pydantic import BeforeValidator, Field, PlainSerializer
 
 MAX_COORDINATE = 1e3
 """Maximum coordinate or displacement [m]. A larger value is probably in another unit."""
+
+
+def is_finite_number(value: object) -> bool:
+    """Return whether a value from a file is a number that a float can have. Integers in files have any size."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max
 
 
 def _floats(value: Any) -> np.ndarray:

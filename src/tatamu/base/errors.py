@@ -9,10 +9,12 @@ a simulation failed: the cloth stretched too far, was too fast, or had no finite
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
-    from pydantic import ValidationError
+    from pydantic import BaseModel, ValidationError
 
 
 def one_line(text: str) -> str:
@@ -60,7 +62,7 @@ def check_range(name: str, value: int, minimum: int, maximum: int) -> None:
         raise InputError(f"{name}: must be from {minimum} to {maximum}, given {value}")
 
 
-def describe(error: ValidationError) -> str:
+def describe(error: ValidationError, model: type[BaseModel]) -> str:
     """Return one line about the first wrong field of a record: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
@@ -76,5 +78,17 @@ def describe(error: ValidationError) -> str:
     if first["type"] not in ("missing", "value_error"):  # the text of a whole file would take long
         text = repr(first["input"])
         given = f", given {text if len(text) <= 60 else text[:57] + '...'}"
+    if first["type"] == "extra_forbidden":
+        close = get_close_matches(str(first["loc"][-1]), _fields_at(model, first["loc"][:-1]), 1)
+        given += f"; did you mean {close[0]}?" if close else ""
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
     return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
+
+
+def _fields_at(model: Any, place: Sequence[int | str]) -> list[str]:
+    """Return the names of the fields of a record, or of a record inside it; none if the place is no single record."""
+    for part in place:
+        annotation = model.model_fields[part].annotation if part in getattr(model, "model_fields", ()) else model
+        inner = [each for each in (annotation, *get_args(annotation)) if hasattr(each, "model_fields")]
+        model = inner[0] if inner else None
+    return list(getattr(model, "model_fields", ()))

@@ -115,6 +115,20 @@ def write_npz(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
                 npy.write_array(entry, np.asanyarray(array), allow_pickle=False)
 
 
+def beside(file: Path, name: str) -> Path:
+    """Return the path of another file that a file names, relative to its folder; it may be written as on Windows.
+
+    Raises:
+        InputError: If the name has control characters and no such file exists.
+    """
+    found, windows = file.parent / name, file.parent / name.replace("\\", "/")
+    if os.path.exists(found):
+        return found
+    if set(name) & set("\a\b\t\n\v\f\r\x1b"):  # "C:\temp" in TOML has a tab
+        raise InputError(f"{file}: there is no file {name!r}; write a path with / or in single quotes")
+    return windows if os.path.exists(windows) else found
+
+
 @contextmanager
 def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
     """Yield an open regular file. Pipes and devices are refused because their size is not known.
@@ -248,7 +262,7 @@ def validated(model: type[Model], value: Any, source: Path | str) -> Model:
     try:
         return model.model_validate(value)
     except ValidationError as error:
-        raise InputError(f"{source}: {describe(error)}") from None
+        raise InputError(f"{source}: {describe(error, model)}") from None
     except InputError as error:  # raised by a record that checks itself
         raise InputError(f"{source}: {error}") from None
 

@@ -21,6 +21,7 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from tatamu.base.arrays import is_finite_number
 from tatamu.calibration.estimate import Estimate, Fit
 from tatamu.calibration.instruments.drapemeter import Drapemeter
 from tatamu.calibration.instruments.outline import PlanOutline
@@ -42,10 +43,10 @@ def _coefficients(value: Any) -> tuple[float, ...]:
     if not given:
         raise ValueError("must contain at least one reading, given none")
     for each in given:
-        if isinstance(each, bool) or not isinstance(each, int | float) or not 0.0 < each < 1.0:
+        if not is_finite_number(each) or not 0.0 < each < 1.0:
             hint = (
                 f"; if the coefficient is in per cent, write {each / 100:g}"
-                if isinstance(each, int | float) and each > 1
+                if is_finite_number(each) and each > 1
                 else ""
             )
             raise ValueError(f"must be between 0 and 1, given {each!r}{hint}")

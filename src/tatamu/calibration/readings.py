@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import BeforeValidator, Field
 
+from tatamu.base.arrays import is_finite_number
 from tatamu.base.records import Record
 
 
@@ -22,7 +23,7 @@ def _readings(value: Any, largest: float, unit: str, smaller: str = "", nothing:
     if not given:
         raise ValueError("must contain at least one reading, given none")
     for each in given:
-        if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < np.inf:
+        if not is_finite_number(each):
             raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
         if each < 0 or (each == 0 and not nothing):
             raise ValueError(f"must be {'at least 0' if nothing else 'above 0'}, given {each:g} {unit}")

@@ -138,6 +138,8 @@ def learn(
                 print(line)
         for line in (*success_lines(result), *verdict_lines(conclusion_of(result))):
             print(line)
+        for warning in result.rollout.info.get("warnings") or []:
+            print(f"warning: {warning}")
         print(f"report: {out / 'report.html'}")
 
 

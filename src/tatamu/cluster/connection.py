@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import re
 import sys
+import warnings
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
 
 CONNECT_SECONDS = 5.0
 """Time limit for a scheduler's answer when the program connects to the scheduler [s]."""
+OLDEST_DASK = (2026, 3)
+"""Oldest version of Dask that works together with the newest, as in pyproject.toml: year and month."""
 CERTIFICATES = tuple(f"distributed.comm.tls.{name}" for name in ("ca-file", "client.cert", "client.key"))
 """Fields of Dask's configuration that a client needs for addresses `tls://`."""
 SETTINGS: dict[str, Any] = {
@@ -138,6 +143,8 @@ def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
                 )
             )
         try:
+            if address.local is None:
+                _refuse_old_scheduler(address.text)
             client = distributed.Client(to, timeout=CONNECT_SECONDS, set_as_default=False, name="tatamu")
         except (OSError, TimeoutError, ValueError) as error:
             reason = " ".join(str(error).split())[:160] or type(error).__name__
@@ -146,6 +153,34 @@ def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
             yield client
         finally:
             client.close(timeout=5)
+
+
+def _refuse_old_scheduler(address: str) -> None:
+    """Ask a scheduler for its version of Dask, because a client that does not understand the scheduler ends oddly.
+
+    Raises:
+        InputError: If the version is too old.
+        OSError: If the scheduler does not answer.
+    """
+    import distributed
+
+    async def ask() -> Any:
+        security = distributed.Security().get_connection_args("client")
+        async with distributed.rpc(address, timeout=CONNECT_SECONDS, connection_args=security) as scheduler:
+            return await asyncio.wait_for(scheduler.versions(), CONNECT_SECONDS)
+
+    with ThreadPoolExecutor(1) as thread:  # the caller may have an event loop of its own, as notebooks have
+        _refuse_old_dask(address, "the scheduler", thread.submit(asyncio.run, ask()).result())
+
+
+def _refuse_old_dask(address: str, process: str, found: Any) -> None:
+    """Raise an error if a process has a version of Dask that does not work together with this one."""
+    text = str(found["packages"]["distributed"])
+    if tuple(map(int, re.findall("[0-9]+", text)[:2])) < OLDEST_DASK:
+        here = version("distributed")
+        raise InputError(
+            f"--scheduler: {address}: {process} has distributed {text} there, {here} here; install the same versions"
+        )
 
 
 def refuse_other_versions(client: distributed.Client, name: str) -> None:
@@ -158,6 +193,10 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
     """
     from tatamu.cluster.versions import difference, identify, processor
 
+    with warnings.catch_warnings(action="ignore"):  # of Dask's own, in a table of several lines
+        of_dask: Any = client.get_versions()
+    for worker, found in of_dask["workers"].items():
+        _refuse_old_dask(name, f"worker {worker}", found)
     kinds = {processor()}
     for worker, found in client.run(identify, on_error="return").items():
         if isinstance(found, OSError):  # the worker has died; the first call on its successor checks the versions

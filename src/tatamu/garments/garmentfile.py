@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tatamu.base.errors import InputError
-from tatamu.base.files import read_toml, validated
+from tatamu.base.errors import InputError, one_line
+from tatamu.base.files import beside, read_toml, validated
 from tatamu.garments.description import MAX_SCALE, GarmentFile
 from tatamu.garments.garment import Garment
 from tatamu.garments.meshfile import READERS as MESHES
@@ -42,7 +42,7 @@ def load_garment(
         return replace(made, own=True, kind=given.kind or "")
     except InputError as error:
         text = str(error)
-        raise InputError(text if text.startswith(str(source)) else f"{source}: {text}") from None
+        raise InputError(text if text.startswith(one_line(str(source))) else f"{source}: {text}") from None
 
 
 def files_of(path: Path) -> list[Path]:
@@ -52,11 +52,8 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _source(path: Path, given: GarmentFile) -> Path:
-    """Return the path of a garment's outline or mesh, which may be written as on Windows."""
-    name = str(given.outline or given.mesh)
-    beside = path.parent / name
-    windows = path.parent / name.replace("\\", "/")
-    return windows if windows.exists() and not beside.exists() else beside
+    """Return the path of a garment's outline or mesh."""
+    return beside(path, str(given.outline or given.mesh))
 
 
 def _read(path: Path) -> tuple[GarmentFile, Material]:

@@ -99,7 +99,8 @@ def _opened(data: bytes, path: Path) -> Any:
         if data[:4] in (b"II*\0", b"MM\0*"):
             return None
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
-        hint = "; save it as JPEG or PNG" if phone else ""
+        command = f"`heif-convert {path.name} {path.stem}.png`"
+        hint = f"; save it as JPEG or PNG, for example with {command}" if phone else ""
         raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
 
 
@@ -119,7 +120,12 @@ def _decoded(data: bytes) -> np.ndarray:
         raise InputError("photo: has more than 8 bits for each colour, which needs OpenCV: pip install 'tatamu[photo]'")
     import cv2
 
-    found = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    log: Any = cv2.utils.logging
+    before = log.setLogLevel(log.LOG_LEVEL_SILENT)  # libtiff would complain of broken tags on the console
+    try:
+        found: Any = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    finally:
+        log.setLogLevel(before)
     if found is None:
         raise ValueError("its pixel format is not supported; save it as an 8-bit PNG in grey or RGB")
     found = found.reshape(*found.shape[:2], -1)

@@ -141,7 +141,7 @@ class _Drawing:
         check_parts(self.elements, 0, 50_000)  # each takes a tenth of a millisecond
         check_parts(self.numbers, 0)
         style = self._style(element, place.style)
-        if style.get("display") == "none":
+        if style.get("display") == "none" or re.fullmatch(r"0*\.?0+%?|0+\.", style.get("opacity", "1").strip()):
             return []
         inherited: dict[str, str] = {name: style[name] for name in ("visibility", "fill", "clip-rule") if name in style}
         here = _transformed(replace(place, style=inherited), style)

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import read_toml, validated
+from tatamu.base.files import beside, read_toml, validated
 from tatamu.base.records import Record
 from tatamu.evaluation.disturbances import Disturbances, disturbances_in, read_disturbances
 from tatamu.robots.arm import Jaw, LeRobotNames, Numbers, RosNames
@@ -200,7 +200,7 @@ def disturbances_of(path: Path, description: Description) -> Disturbances | None
     if own is None:
         return None
     if isinstance(own, str):
-        return read_disturbances(path.parent / own)
+        return read_disturbances(beside(path, own))
     return disturbances_in(own, f"{path}: disturbances")
 
 
@@ -219,7 +219,7 @@ def model_of(path: Path, description: Description, model: str) -> ModelFile:
     Raises:
         InputError: If one of the files cannot be read.
     """
-    file = path.parent / model
+    file = beside(path, model)
     if not file.is_file():
         raise InputError(f"{path}: model: there is no file {file}")
-    return read_model(file, {name: path.parent / folder for name, folder in description.packages.items()})
+    return read_model(file, {name: beside(path, folder) for name, folder in description.packages.items()})

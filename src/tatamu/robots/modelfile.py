@@ -8,13 +8,14 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import MIB, foreign, read_bytes
+from tatamu.base.files import MIB, beside, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
 from tatamu.robots.urdf import JointLimits, located, read_urdf
 
@@ -63,8 +64,7 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
             spec = mujoco.MjSpec.from_string(text)
         else:
             store.files += _included(path, root)
-            # MuJoCo finds the assets of an included file in another folder only if the path is absolute.
-            spec = mujoco.MjSpec.from_file(os.path.abspath(path))
+            spec = _read_mjcf(path)
             _keep_assets(spec, path, store)
             limits = JointLimits({}, _commanded_limits(spec), None)
     except ValueError as error:
@@ -101,13 +101,27 @@ def read_stage(path: Path) -> Any:
         ValueError: If MuJoCo cannot read the file.
     """
     _parsed(path)
-    spec = needed("mujoco").MjSpec.from_file(os.path.abspath(path))
-    drop_pictures(spec)
+    spec = _read_mjcf(path)
     store = _Store(path)
-    for field in spec.hfields:
-        if field.file:
-            store.heights(path.parent / spec.meshdir / field.file)
+    _keep_assets(spec, path, store)
+    give(spec, store.contents)
     return spec
+
+
+def _read_mjcf(path: Path) -> Any:
+    """Read an MJCF file with MuJoCo, which takes a backslash in a path for a slash on every system.
+
+    Raises:
+        ValueError: If MuJoCo cannot read the file.
+    """
+    read = needed("mujoco").MjSpec.from_file
+    absolute = os.path.abspath(path)  # else, assets of an included file in another folder are not found
+    if os.sep == "\\" or "\\" not in absolute:
+        return read(absolute)
+    with TemporaryDirectory() as place:
+        plain = Path(place, "model")
+        plain.symlink_to(os.path.dirname(absolute))
+        return read(str(plain / path.name))
 
 
 def drop_pictures(spec: Any) -> None:
@@ -136,13 +150,20 @@ def _commanded_limits(spec: Any) -> dict[str, str]:
     mujoco, found = needed("mujoco"), {}
     for drive in spec.actuators:
         joint = spec.joint(drive.target) if drive.trntype == mujoco.mjtTrn.mjTRN_JOINT else None
-        low, high = drive.ctrlrange
         is_position = drive.biastype == mujoco.mjtBias.mjBIAS_AFFINE and drive.biasprm[1] == -drive.gainprm[0] != 0
-        limited = drive.ctrllimited != mujoco.mjtLimited.mjLIMITED_FALSE and low < high
-        if joint is None or not is_position or not limited or drive.gear[0] != 1:
+        if joint is None or not is_position or drive.gear[0] == 0:
             continue
         unit = _unit(spec, joint)
         hard = np.array(joint.range) * unit if _is_limited(spec, joint) else np.array([-np.inf, np.inf])
+        if drive.dyntype == mujoco.mjtDyn.mjDYN_INTEGRATOR:  # commands are velocities
+            given, limited = np.array(drive.actrange), drive.actlimited
+        else:
+            given, limited = np.array(drive.ctrlrange), drive.ctrllimited
+        if drive.inheritrange > 0 and np.isfinite(hard).all():
+            given = hard.mean() + 0.5 * drive.inheritrange * np.array([-1.0, 1.0]) * np.ptp(hard)
+        if limited == mujoco.mjtLimited.mjLIMITED_FALSE or given[0] >= given[1]:
+            continue
+        low, high = np.sort(given / drive.gear[0])
         soft = np.array([max(low, hard[0]), min(high, hard[1])])
         if soft[0] < soft[1] and np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
             joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, soft / unit
@@ -231,7 +252,7 @@ def _keep_assets(spec: Any, path: Path, store: _Store) -> None:
             if asset.file:
                 file = Path(asset.file)
                 stripped = spec.strippath and not file.is_absolute()
-                asset.file = keep(path.parent / spec.meshdir / (file.name if stripped else file))
+                asset.file = keep(beside(path, str(Path(spec.meshdir, file.name if stripped else file))))
     spec.meshdir = spec.texturedir = ""
 
 

@@ -15,7 +15,10 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import beside
 
+TURN = 2 * math.pi
+"""Angle by which plans turn a continuous joint to either side [rad]."""
 XACRO = ("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}", "{http://wiki.ros.org/xacro}")
 
 
@@ -93,9 +96,9 @@ def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     if scheme == "file" and rest:
         return Path(rest if os.path.exists(rest) else unquote(rest))
     if scheme not in ("package", "model") or not rest:
-        return urdf.parent / uri
+        return beside(urdf, uri)
     tried = []
-    for spelling in dict.fromkeys((rest, unquote(rest))):  # many files write names as they are, with % or spaces
+    for spelling in dict.fromkeys((rest, unquote(rest), rest.replace("\\", "/"))):  # any may be meant
         name, _, path = spelling.partition("/")
         for folder in _folders(name, urdf, packages):
             if (folder / path).is_file():
@@ -153,15 +156,20 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
     kind = joint.get("type")
     if kind not in ("revolute", "continuous", "prismatic"):
         return ""
-    limit, soft = joint.find("limit"), joint.find("safety_controller")
+    limit = joint.find("limit")
     hard = [_number(path, joint, limit, name) for name in ("lower", "upper")]
     if kind != "continuous":  # by the standard of URDF, a missing hard limit of these joints is 0
         hard = [0.0 if value is None else value for value in hard]
-    elif None in hard or hard[0] == hard[1]:
+    elif hard[0] == hard[1]:
         hard = [None, None]  # many exporters write 0 and 0 for a joint without limits
-    braked = [_number(path, joint, soft, f"soft_{name}_limit") for name in ("lower", "upper")]
-    low = max((value for value in (hard[0], braked[0]) if value is not None), default=None)
-    high = min((value for value in (hard[1], braked[1]) if value is not None), default=None)
+    elif None in hard:  # the other limit is one turn away from 0, as for a joint without limits
+        hard = [one_turn if value is None else value for value, one_turn in zip(hard, (-TURN, TURN), strict=True)]
+    soft = [
+        [_number(path, joint, each, f"soft_{name}_limit") for each in joint.findall("safety_controller")]
+        for name in ("lower", "upper")
+    ]
+    low = max((value for value in (hard[0], *soft[0]) if value is not None), default=None)
+    high = min((value for value in (hard[1], *soft[1]) if value is not None), default=None)
     narrower = [low, high] != hard
     if low is None or high is None:
         if narrower:

@@ -36,7 +36,12 @@ class Options(Record):
         try:
             super().__init__(**given)
         except ValidationError as error:
-            raise InputError(describe(error).removeprefix("(whole file): ")) from None
+            raise InputError(describe(error, type(self)).removeprefix("(whole file): ")) from None
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with other values of some options."""
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self)(**{**given, **changes})
 
 
 class FoldOptions(Options):

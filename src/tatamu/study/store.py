@@ -62,7 +62,7 @@ class StudyStore:
         try:
             return None if held is None else StudyRecord.model_validate(held)
         except ValidationError as error:
-            raise InputError(f"{self.label}: {describe(error)}; give another folder") from None
+            raise InputError(f"{self.label}: {describe(error, StudyRecord)}; give another folder") from None
 
     def _held(self) -> Any:
         if self.name not in optuna.get_all_study_names(self.storage):
@@ -105,7 +105,7 @@ class StudyStore:
         try:
             read = Trial.model_validate(known)
         except ValidationError as error:
-            raise InputError(f"{self.label}: trial {number}: {describe(error)}; give another folder") from None
+            raise InputError(f"{self.label}: trial {number}: {describe(error, Trial)}; give another folder") from None
         if read.number != number:
             raise InputError(
                 f"{self.label}: trial {number}: must have this number, given {read.number}, so trials were lost; give "

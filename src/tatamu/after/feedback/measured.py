@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -141,10 +141,11 @@ def ruler(
     if not 0.0 < error <= MAX_LENGTH:
         raise InputError(f"{label.format('deviation')}: must be above 0 {unit}, given {deviation}")
     for place, pair in pairs.items():
-        if len(pair) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in pair):
+        given = list(pair) if isinstance(pair, Iterable) else [pair]
+        if len(given) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in given):
             raise InputError(
                 f"{label.format(place)}: must be two numbers from {-size / scale:.3g} to {size / scale:.3g} {unit} "
-                f"(the size of the cloth), along and across the fold, given {', '.join(map(str, pair))}"
+                f"(the size of the cloth), along and across the fold, given {', '.join(map(str, given))}"
             )
     numbers = {
         f"{place}_{axis}": (scale * value, error)

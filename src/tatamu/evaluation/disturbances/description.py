@@ -12,6 +12,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from tatamu.base.arrays import is_finite_number
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import Record
@@ -236,7 +237,7 @@ def _relative(path: Path, name: str, given: Any, material: Material) -> float:
     """Return a standard uncertainty divided by the value of its field [-], but at most `MAX_RELATIVE`."""
     if name not in FIELDS:
         raise InputError(f"{path}: uncertainty.{name}: must be one of {', '.join(FIELDS)}")
-    if isinstance(given, bool) or not isinstance(given, int | float) or not 0.0 <= given < np.inf:
+    if not is_finite_number(given) or not given >= 0.0:
         raise InputError(f"{path}: uncertainty.{name}: must be a number of 0 or more, given {given!r}")
     value = getattr(material, name)
     if value is None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, PlainSerializer, PlainValidator, model_validator
 
+from tatamu.base.arrays import is_finite_number
 from tatamu.base.records import Record
 from tatamu.simulation.material import Number
 
@@ -44,8 +44,7 @@ def _distribution(given: Any) -> float | list[float] | Uniform | Normal:
             if set(given) & set(kind.model_fields):
                 return kind.model_validate(given)
     numbers = given if isinstance(given, list) else [given]
-    plain = [isinstance(each, int | float) and not isinstance(each, bool) and math.isfinite(each) for each in numbers]
-    if not numbers or not all(plain):
+    if not numbers or not all(map(is_finite_number, numbers)):
         raise ValueError(f"must be a number, a list of numbers, {{low, high}} or {{mean, deviation}}, given {given!r}")
     return [float(each) for each in given] if isinstance(given, list) else float(given)
 

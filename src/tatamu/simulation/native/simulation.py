@@ -234,6 +234,14 @@ class Simulation:
                 f"the cloth may drape too stiffly, because its cells are coarse (Y h^2 / B is {ratio:.2g}, should be "
                 f"at most {LOCKED:g}); take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
             )
+        duration = self.scene.duration
+        for number, gripper in enumerate(self.scene.grippers):
+            missing = np.linalg.norm(gripper.displacements[-1] - gripper.displacement(duration))
+            if gripper.times[-1] > duration and missing > 1e-3:
+                lines.append(
+                    f"grippers.{number}: the scene ends after {duration:g} s, before the motion until "
+                    f"{gripper.times[-1]:g} s; give all times in seconds, or a longer duration"
+                )
         return lines
 
     def _work_grippers(self) -> None:
