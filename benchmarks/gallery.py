@@ -25,6 +25,7 @@ GARMENTS = {
     "tshirt-half": ("T-shirt in half", "learn tshirt --fold half"),
     "trousers-leg": ("Trousers, leg over leg", "learn trousers --fold leg"),
     "trousers-half": ("Trousers in half", "learn trousers --fold half"),
+    "tshirt-shop": ("T-shirt, the shop fold", "learn tshirt --fold shop"),
 }
 """Title of each learned fold, and the command without the options of `QUICK` and `--out`."""
 LARGE = "learn towel --robot panda-pair --trials 10 --disturbances none"
@@ -106,7 +107,8 @@ def garments(out: Path) -> None:
     cards = []
     for name, (title, command) in GARMENTS.items():
         run(f"{command} {QUICK} --out fold-{name}", out, f"fold-{name}")
-        picture(out / f"fold-{name}", out / f"{name}.png")
+        steps = sorted((out / f"fold-{name}").glob("step-*"))
+        picture(steps[-1] if steps else out / f"fold-{name}", out / f"{name}.png")
         small(out / f"{name}.png", name, 960)
         cards.append(card(title, f"{title}, with the paths of the hands.", name, [f"{command} {QUICK}"]))
     publish("gallery: garments", grid(cards))

@@ -56,8 +56,8 @@ class FrictionReadings(TestEntry):
                 )
         if max(self.H_s) > 0.95 * board:
             raise ValueError(
-                f"H_s ({max(self.H_s):g} m) must give a slope below 70 degrees on a board of {board:g} m; is the cloth "
-                "caught on the board?"
+                f"H_s ({max(self.H_s):g} m) must give a slope below 70 degrees on a board of {board:g} m; "
+                "check that the cloth is not caught on the board"
             )
         return self
 

@@ -21,7 +21,9 @@ def calibrate(
     ] = "native",
     spacing: Annotated[
         float | None,
-        typer.Option(help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."),
+        typer.Option(
+            help="Mesh spacing of the simulated tests in metres; default: so fine that a finer one would change little."
+        ),
     ] = None,
 ) -> None:
     """Find the material with which a simulator reproduces your measurements.

@@ -19,25 +19,32 @@ if TYPE_CHECKING:
 
 
 def margins(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a learned fold, or of a plan.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a learned fold, or of a plan of several.")],
     disturbances: Annotated[
         str | None,
         typer.Option(
             metavar="default|FILE.toml",
-            help="Uncertainties of hands, cloth and table; default: those of the study, otherwise `default`.",
+            help="Errors of hands, cloth and table; default: those of the study, otherwise `default`.",
         ),
     ] = None,
-    draws: Annotated[int, typer.Option(help="Number of draws of all disturbances at once.")] = 200,
-    seed: Annotated[int, typer.Option(help="Seed of the draws.")] = 0,
+    draws: Annotated[
+        int, typer.Option(help="Number of scenarios, in each of which all errors are drawn at once.")
+    ] = 200,
+    seed: Annotated[int, typer.Option(help="Seed of the scenarios.")] = 0,
     simulator: Annotated[
         str | None, typer.Option(help="native, blender or mujoco; default: the simulator of the study.")
     ] = None,
     distance: Annotated[
-        float, typer.Option(help="Maximum mean vertex distance in metres; the fold fails above.")
+        float, typer.Option(help="Maximum mean vertex distance in metres, above which the fold fails.")
     ] = 0.0125,
-    iou: Annotated[float, typer.Option(help="Minimum overlap of the views from above; the fold fails below.")] = 0.80,
+    iou: Annotated[
+        float, typer.Option(help="Minimum overlap of the views from above (0 to 1), below which the fold fails.")
+    ] = 0.80,
     out: Annotated[
-        Path | None, typer.Option(metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR.")
+        Path | None,
+        typer.Option(
+            metavar="OUT", help="Output folder; default: DIR/margins, or DIR/margins-SIMULATOR with --simulator."
+        ),
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
@@ -71,7 +78,7 @@ def margins(
     results = ResultFolder(folder)
     steps = results.learned_steps() if results.holds_plan else [results]
     if not steps:
-        raise InputError(f"{folder}: contains a plan, but none of its steps is learned yet")
+        raise InputError(f"{folder}: must contain a learned step, given a plan without any; run `tatamu learn` first")
     if out is not None and len(steps) > 1:
         raise InputError("--out: must be left out for a plan of several steps; give the folder of one step")
     with executor_at(scheduler) as executor:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def materials(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."),
+        typer.Argument(metavar="[NAME]", help="Preset to show with its sources; default: all presets in a table."),
     ] = None,
 ) -> None:
     """List the materials ("presets") that come with tatamu, with their sources and ranges.
@@ -42,7 +42,8 @@ def materials(
     for line in _lines([load_preset(each) for each in preset_names()]):
         console.print(line, markup=False)
     console.print(
-        "Presets describe other people's cloth and are a start. `tatamu materials NAME` shows the sources of a preset."
+        "Presets describe other cloth than yours, so treat them as a first guess. `tatamu materials "
+        "NAME` shows the sources of a preset."
     )
 
 
@@ -77,7 +78,10 @@ def described(preset: Preset) -> str:
     from tatamu.show.material import filed_units
     from tatamu.simulation.material import UNSAID
 
-    lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]
+    lines = [
+        f"{preset.name}: {preset.preset.title} (a preset, which describes other cloth than yours)",
+        preset.preset.note,
+    ]
     for name, unit in filed_units().items():
         if name in UNSAID and name not in preset.material.model_fields_set:
             continue

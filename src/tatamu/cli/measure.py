@@ -12,17 +12,25 @@ from tatamu.base.errors import InputError
 
 def measure(
     template: Annotated[
-        str | None, typer.Option(metavar="GARMENT", help="Write a file to fill in: towel, tshirt, trousers, ...")
+        str | None,
+        typer.Option(
+            metavar="GARMENT", help="Garment (towel, tshirt, trousers, ...) for which a file to fill in is written."
+        ),
     ] = None,
-    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="File of the template.")] = Path("measurements.toml"),
+    out: Annotated[Path, typer.Option(metavar="FILE.toml", help="File to fill in.")] = Path("measurements.toml"),
     drape: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Read a photo of a disc over a plate, from above.")
+        Path | None,
+        typer.Option(
+            metavar="PHOTO", help="Photo from above of a cloth disc that hangs over a plate; its drape is read."
+        ),
     ] = None,
-    disc: Annotated[float | None, typer.Option(help="With --drape: diameter of the cloth in metres.")] = None,
+    disc: Annotated[float | None, typer.Option(help="With --drape: diameter of the cloth disc in metres.")] = None,
     plate: Annotated[float | None, typer.Option(help="With --drape: diameter of the plate in metres.")] = None,
     ruler: Annotated[
         str | None,
-        typer.Option(metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels, and the metres between them."),
+        typer.Option(
+            metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels and the distance between them in metres."
+        ),
     ] = None,
 ) -> None:
     """Print how to measure a garment, write a file for the readings, or read a photo of a drape.
@@ -48,9 +56,12 @@ def measure(
         return
     content = text(template)
     if out.exists():
-        raise InputError(f"{out}: exists; remove the file, or give another name with --out")
+        raise InputError(f"{out}: must be a new file, given an existing file; give another name with --out")
     write_text(out, content)
-    print(f"{out}: fill in the readings, then `tatamu calibrate {out} --out MATERIAL.toml`; `tatamu measure` says how")
+    print(
+        f"{out}: fill in the readings as `tatamu measure` explains, then run `tatamu calibrate {out} --out "
+        "MATERIAL.toml`"
+    )
 
 
 def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str | None) -> None:
@@ -71,8 +82,8 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     if not 0.0 < coefficient < 1.0:
         raise InputError(
             "drape: the outline must be larger than the plate and smaller than the disc, given "
-            f"{1e4 * outline.area:.0f} cm²; are disc, plate and ruler in metres, and does the photo show nothing but "
-            "cloth and table?"
+            f"{1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres, and "
+            "that only cloth and table are in the photo"
         )
     print(f"drape_coefficient = [{coefficient:.3f}]")
     print(f"nodes = [{outline.nodes}]")

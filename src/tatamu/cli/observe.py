@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 RunArgument = Annotated[
     Path,
-    typer.Argument(metavar="RUN", help="The folder of a learned fold, of a step of a plan, or of a corrected one."),
+    typer.Argument(metavar="RUN", help="Folder of a learned fold, of a step of a plan, or of a corrected fold."),
 ]
 
 
@@ -31,25 +31,30 @@ def observe(
         str | None,
         typer.Option(
             metavar="A,B",
-            help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
+            help="Error of the moved hem's left corner [mm]: how far too far along the fold, and how far too "
+            "far to the left.",
         ),
     ] = None,
     right: Annotated[
-        str | None, typer.Option(metavar="A,B", help="The same for the right corner of the moved hem [mm].")
+        str | None,
+        typer.Option(metavar="A,B", help="Error of the moved hem's right corner [mm], measured as for --left."),
     ] = None,
-    slip: Annotated[str | None, typer.Option(metavar="A,B", help="Distance that the lower hem has moved [mm].")] = None,
+    slip: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Distance that the lower hem has slipped [mm].")
+    ] = None,
     deviation: Annotated[
-        float | None, typer.Option(help="Standard deviation of your numbers, in millimetres; default: 1.5.")
+        float | None, typer.Option(help="Standard deviation of the measurements [mm]; default: 1.5.")
     ] = None,
     turned_in: Annotated[
-        str | None, typer.Option(metavar="left|right|both", help="Corners that lie turned in, which need no numbers.")
+        str | None,
+        typer.Option(metavar="left|right|both", help="Corners that are turned in, for which no numbers are needed."),
     ] = None,
-    failed: Annotated[bool, typer.Option("--failed", help="The fold failed so that nothing can be measured.")] = False,
+    failed: Annotated[bool, typer.Option("--failed", help="The fold failed, so that nothing can be measured.")] = False,
     form: Annotated[
-        Path | None, typer.Option("--from", metavar="FILE.toml", help="Read the numbers from a form.")
+        Path | None, typer.Option("--from", metavar="FILE.toml", help="Form that contains the numbers.")
     ] = None,
     photo: Annotated[
-        Path | None, typer.Option(metavar="PHOTO", help="Read the numbers from a photo after the fold.")
+        Path | None, typer.Option(metavar="PHOTO", help="Photo after the fold, from which the numbers are read.")
     ] = None,
     board: BoardOption = None,
     sheet: SheetOption = None,
@@ -62,10 +67,10 @@ def observe(
     lens: LensOption = None,
     corner: CornerOption = None,
     picture: Annotated[
-        Path | None, typer.Option(metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg.")
+        Path | None, typer.Option(metavar="PICTURE", help="Photo with the readings drawn on top, .png or .jpg.")
     ] = None,
     template: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="Only write an empty form to fill in.")
+        Path | None, typer.Option(metavar="FILE.toml", help="Only write an empty form, to be filled in.")
     ] = None,
     scheduler: SchedulerOption = None,
 ) -> None:
@@ -135,7 +140,7 @@ def observe(
     print(f"posterior: {files.posterior_file}")
     print(f"page: {files.page_file}")
     if not found.correction.is_none:
-        print(f"next: tatamu correct {files.path}")
+        print(f"next: run `tatamu correct {files.path}`")
 
 
 def _from_photo(
@@ -177,7 +182,7 @@ def _from_photo(
         print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
     if picture is not None:
         look.write_picture(look.draw_reading(reading), picture)
-        print(f"look at: {picture}, the corners and their targets on top of the photo")
+        print(f"check {picture}: the corners and their targets, drawn on the photo")
     return measured, reading
 
 

@@ -27,10 +27,11 @@ def sweep(
     file: Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="File of the tasks, a grid or a list.")],
     out: Annotated[
         Path,
-        typer.Option(metavar="DIR", help="Folder of the sweep: a result folder for each task, and their comparison."),
+        typer.Option(metavar="DIR", help="Folder of the sweep, with a result folder for each task and a comparison."),
     ],
     at_a_time: Annotated[
-        int | None, typer.Option(help="Tasks at a time; default: 1, or enough to keep the workers of --scheduler busy.")
+        int | None,
+        typer.Option(help="Number of tasks at a time; default: 1, or enough to keep the workers of --scheduler busy."),
     ] = None,
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,

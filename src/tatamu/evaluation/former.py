@@ -27,7 +27,7 @@ def Disturbed(inner: Nominal, disturbances: Disturbances, *_: Any, **__: Any) ->
 
 def CoarseFirst(inner: Evaluator, *_: Any, **__: Any) -> Evaluator:
     """Return `inner`."""
-    _warn("CoarseFirst", "there is one mesh; use the evaluator within")
+    _warn("CoarseFirst", "there is one mesh; use the evaluator that CoarseFirst wrapped")
     return inner
 
 

@@ -42,8 +42,7 @@ def candidates(garment: Garment, state: np.ndarray, line: FoldLine, step: Step, 
     if not count:
         names = [farthest_edge(garment, state, line) if name == AUTO else name for name in step.grasp]
         raise InputError(
-            f"hands: two hands {clearance:g} m apart do not fit on {' and '.join(names)}; give hands = 1 in this step "
-            "of a plan file, or --hands 1"
+            f"hands: must have room for two hands {clearance:g} m apart on {' and '.join(names)}; give --hands 1"
         )
     return left[:count], right[:count]
 
@@ -58,7 +57,7 @@ def farthest_edge(garment: Garment, state: np.ndarray, line: FoldLine) -> str:
     """Return the name of the edge on the moving side whose mean distance from the fold line is largest."""
     far = distances(garment, state, line)
     if not far:
-        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
+        raise InputError("fold: the moving side must contain an edge of the garment to grasp, given none")
     return max(far, key=lambda name: far[name])
 
 
@@ -69,7 +68,7 @@ def _edge(garment: Garment, state: np.ndarray, line: FoldLine, name: str) -> np.
         raise InputError(f"grasp: must be one of {', '.join(garment.edges)} or {AUTO}, given {name!r}")
     moving = _moving(garment, state, line, name)
     if not len(moving):
-        raise InputError(f"grasp: no part of the edge {name!r} lies on the moving side of the fold line")
+        raise InputError(f"grasp: must have a part on the moving side of the fold line, given {name!r}")
     return moving
 
 

@@ -64,7 +64,7 @@ def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     if depth >= 100:
         raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
     if count > most:
-        raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify the drawing")
+        raise InputError(f"outline: must have at most {most} elements and coordinates of paths; simplify the drawing")
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
@@ -128,7 +128,9 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
         overlaps += len(near)
         # each pair takes time
         if overlaps > 100_000:
-            raise InputError("outline: must have closed curves inside or beside one another, given too many that cross")
+            raise InputError(
+                "outline: must have closed curves that lie inside or beside one another, given too many that cross"
+            )
         around = next((other for other in near if _surrounds(regions[other], own)), number)
         groups.setdefault(around, []).append(number)
     return list(groups.values())

@@ -115,7 +115,7 @@ def _unit(document: Any, entities: list[Any], path: Path) -> Unit:
     try:
         metres = float(conversion_factor(InsertUnits(code), InsertUnits.Meters))
     except (ValueError, TypeError):
-        raise InputError(f"{path}: its unit ($INSUNITS {code}) has no size in metres; give scale") from None
+        raise InputError(f"{path}: $INSUNITS: must be a unit of length, given {code}; give scale") from None
     near = next((name for scale, name in NAMES.items() if abs(scale / metres - 1.0) < 1e-6), None)
     return Unit(metres, near or InsertUnits(code).name.lower(), f"DXF, $INSUNITS {code}")
 
@@ -199,7 +199,7 @@ def _pattern_piece(name: str, layers: Layers) -> Piece | None:
     cut, sewn = _closed(layers, BOUNDARY), _closed(layers, SEW)
     if not cut:
         return None
-    remarks = ("along its sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
+    remarks = ("cut along the sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
     holes = [replace(hole, name="") for hole in _closed(layers, CUT_OUT)]
     grain = _longest(layers, GRAIN)
     along = np.zeros(2) if grain is None else grain[1] - grain[0]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import lacking
 from tatamu.base.files import MIB, foreign, read_bytes
 
 MAX_PICTURE = 256 * MIB
@@ -100,7 +101,9 @@ def _opened(data: bytes, path: Path) -> Any:
             return None
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
         hint = "; save it as JPEG or PNG" if phone else ""
-        raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
+        raise InputError(
+            f"{path}: must be a picture in JPEG, PNG, WEBP, BMP, TIFF or GIF, given another file{hint}"
+        ) from None
 
 
 def _tiff_size(data: bytes) -> tuple[int, int]:
@@ -116,7 +119,7 @@ def _tiff_size(data: bytes) -> tuple[int, int]:
 def _decoded(data: bytes) -> np.ndarray:
     """Return a picture with more than 8 bits as red, green, blue, shape (h, w, channels)."""
     if find_spec("cv2") is None:
-        raise InputError("photo: has more than 8 bits for each colour, which needs OpenCV: pip install 'tatamu[photo]'")
+        raise lacking("opencv-python-headless", "photo", "photos with more than 8 bits for each colour")
     import cv2
 
     found = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)

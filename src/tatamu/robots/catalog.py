@@ -44,11 +44,13 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
         InputError: If no robot has this name, or the description is wrong.
     """
     if name not in NAMES and not name.endswith(".toml"):
-        raise InputError(f"robot: must be {', '.join(NAMES)}, or a .toml file that describes a robot, given {name!r}")
+        raise InputError(
+            f"robot: must be one of {', '.join(NAMES)}, or a .toml file that describes a robot, given {name!r}"
+        )
     if name not in KAWADA and (wrist_offset is not None or fingertip is not None):
         raise InputError(
-            "wrist offset, fingertip: must be given with hironx or nextage only; other robots have both lengths in "
-            "their .toml"
+            "wrist offset, fingertip: must be left out unless the robot is hironx or nextage; write both "
+            "lengths into the .toml of another robot"
         )
     if name not in NAMES:
         return described(Path(name))

@@ -61,13 +61,15 @@ def check_description(path: Path, robot: Robot, prefixes: dict[str, str]) -> Non
         if not best > MIN_RANK:
             directions = min(len(arm.joints), FULL_JOINTS)
             raise InputError(
-                f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the "
-                f"minimum singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
+                f"{path}: {arm.name}.joints: must move and turn the tool in {directions} directions, given "
+                f"fewer (the minimum singular value of the Jacobian is {best:.1e}); add a joint with another "
+                "axis"
             )
     for arm in robot.arms:
         if not Clearance(robot, ("to the table",), arm.name).pairs:
             raise InputError(
-                f"{path}: {arm.name}: the model has no collision shapes, between which distances are measured"
+                f"{path}: {arm.name}: must have collision shapes in the model, because distances are measured "
+                "between these shapes"
             )
 
 
@@ -91,8 +93,8 @@ def check_kinematics(robot: Robot) -> None:
             error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
             if not error.max() <= 1e-6:  # [m, and entries of the rotation]
                 raise InputError(
-                    f"robot {robot.name}: {arm.name}: the two computations of the tool's position differ by "
-                    f"{1e3 * error[:3, 3].max():.3g} mm: this model cannot be planned with"
+                    f"robot {robot.name}: {arm.name}: the tool must be at the same position in the plan and in "
+                    f"MuJoCo, given {1e3 * error[:3, 3].max():.3g} mm between both; give another model"
                 )
 
 
@@ -115,7 +117,7 @@ def _check_names(path: Path, robot: Robot) -> None:
 
     def check(field: str, kind: str, name: str) -> None:
         if getattr(robot.spec, kind)(name) is None:
-            raise InputError(f"{path}: {field}: the model has no {kind} {name!r}")
+            raise InputError(f"{path}: {field}: must name a {kind} of the model, given {name!r}")
 
     for arm in robot.arms:
         check(f"{arm.name}.link", "body", arm.link)
@@ -127,11 +129,13 @@ def _check_names(path: Path, robot: Robot) -> None:
     for joint in robot.standing:
         check("standing", "joint", joint)
         if joint in robot.joints:
-            raise InputError(f"{path}: standing: {joint} must be outside the arms, given a joint of an arm")
+            raise InputError(f"{path}: standing: must contain joints outside the arms only, given {joint}")
     for arm in robot.arms:
         for joint in arm.jaw.fingers:
             if robot.spec.joint(joint) is None or joint in robot.joints:
-                raise InputError(f"{path}: {arm.name}.jaw.fingers: the model has no joint {joint!r} outside the arms")
+                raise InputError(
+                    f"{path}: {arm.name}.jaw.fingers: must be joints of the model outside the arms, given {joint!r}"
+                )
         for link in arm.jaw.links:
             check(f"{arm.name}.jaw.links", "body", link)
     if robot.base != "world":
@@ -158,8 +162,8 @@ def _check_joints(path: Path, model: Any) -> None:
         if word is not None:
             name, body = model.joint(number).name, model.body(model.jnt_bodyid[number]).name
             raise InputError(
-                f"{path}: model: the {word} joint {name} of body {body!r} cannot be planned with: every joint must be "
-                "a hinge or a slide; fix the body to its parent, or remove it from the model"
+                f"{path}: model: every joint must be a hinge or a slide, given the {word} joint {name} of "
+                f"body {body!r}; fix the body to its parent, or remove it from the model"
             )
 
 
@@ -168,9 +172,11 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
     model, where = robot.model, f"{path}: {arm.name}.joints:"
     for joint, angle in zip(arm.joints, arm.initial, strict=True):
         if model.joint(joint).type[0] != needed("mujoco").mjtJoint.mjJNT_HINGE:
-            raise InputError(f"{where} {joint.removeprefix(prefix)} is a slide; every joint of an arm must be a hinge")
+            raise InputError(f"{where} must be hinges, given the slide {joint.removeprefix(prefix)}")
         if not model.joint(joint).limited[0]:
-            raise InputError(f"{where} {joint.removeprefix(prefix)} must have a range in the model, given none")
+            raise InputError(
+                f"{where} must have a range in the model, given {joint.removeprefix(prefix)} without range"
+            )
         low, high = model.joint(joint).range
         if not low <= angle <= high:
             raise InputError(
@@ -188,10 +194,10 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
     on_the_way = [str(model.joint(number).name).removeprefix(prefix) for number in above]
     for name in names:
         if name not in on_the_way:
-            raise InputError(f"{where} {name} does not move {arm.link.removeprefix(prefix)}")
+            raise InputError(f"{where} must move {arm.link.removeprefix(prefix)}, given {name}, which does not")
     ordered = [name for name in on_the_way if name in names]
     if names != ordered:
-        raise InputError(f"{where} must go from the base outwards: {', '.join(ordered)}")
+        raise InputError(f"{where} must be in the order from the base to the hand: {', '.join(ordered)}")
 
 
 def _check_base(path: Path, robot: Robot) -> None:
@@ -199,10 +205,10 @@ def _check_base(path: Path, robot: Robot) -> None:
     for number in joints_above(robot.model, robot.model.body(robot.base).id):
         joint = robot.model.joint(number).name
         if joint in robot.joints:
-            raise InputError(f"{path}: base: must not move, but {joint} moves {robot.base}")
+            raise InputError(f"{path}: base: must not move, given {robot.base}, which {joint} moves")
     tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
     if not tilt < 1e-3:
-        raise InputError(f"{path}: base: z of {robot.base} must point up, but deviates by {tilt:.3g} deg")
+        raise InputError(f"{path}: base: z of {robot.base} must point up, given {tilt:.3g} degrees from the vertical")
 
 
 def _check_standing(path: Path, robot: Robot) -> None:
@@ -228,8 +234,9 @@ def _check_equalities(path: Path, robot: Robot) -> None:
     broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > 1e-3)]  # [m, rad]
     if broken:
         raise InputError(
-            f"{path}: a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; "
-            "joints of an arm must move independently, and other joints must be where the model allows"
+            f"{path}: model: equality constraints must hold in all poses of the arms, given deviations of "
+            f"up to {worst.max():.3g}: {', '.join(broken)}; remove these constraints, or the joints that "
+            "violate them"
         )
 
 

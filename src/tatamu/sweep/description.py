@@ -63,7 +63,7 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
     seen: dict[str, str] = {}
     for (where, _), task in zip(_all_options(file), tasks, strict=True):
         if task.name in seen:
-            raise InputError(f"{path}: {where} is the same as {seen[task.name]}: give each task a name of its own")
+            raise InputError(f"{path}: {where} must differ from {seen[task.name]}; give each task a name")
         seen[task.name] = where
     return tasks
 

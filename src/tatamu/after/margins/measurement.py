@@ -131,7 +131,7 @@ def measure(
     if not 0 <= seed < 2**32:
         raise InputError(f"seed: must be from 0 to {2**32 - 1}, given {seed}")
     if not (known := deviations(disturbances)):
-        raise InputError("disturbances: must have a deviation above 0, given none")
+        raise InputError("disturbances: must contain at least one deviation above 0, given none")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
     subject = Subject(task, learned.best.parameters)
     threads = processors() if capabilities(task.simulator).parallel else 1
