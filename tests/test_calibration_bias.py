@@ -61,8 +61,8 @@ def test_a_stretch_stiffness_that_is_only_bounded_leaves_the_shear_less_sure(pul
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        ({"width": 0.08, "L1": 0.49, "L2": 0.5}, "must be above L2"),
-        ({"width": 0.4, "L1": 0.61, "L2": 0.6}, "the strip is slim"),
+        ({"width": 0.08, "L1": 0.49, "L2": 0.5}, "must be more than L2"),
+        ({"width": 0.4, "L1": 0.61, "L2": 0.6}, "must be from 0.02 to 0.34 times L2"),
     ],
 )
 def test_a_strip_that_cannot_be_is_refused(table: dict[str, float], said: str) -> None:

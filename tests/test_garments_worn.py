@@ -234,9 +234,9 @@ def test_an_obj_may_count_backwards_and_have_faces_of_four_corners(tmp_path: Pat
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
     (tmp_path / "wrong.obj").write_text("v 0 0 0\nv 1 0 0\nf 1 2 7\n")
     (tmp_path / "plane.obj").write_text("v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n")
-    with pytest.raises(InputError, match="line 1, 'v 0 0', is no OBJ"):
+    with pytest.raises(InputError, match="line 1 is not a line of an OBJ file: 'v 0 0'"):
         read_mesh(tmp_path / "plane.obj")
-    with pytest.raises(InputError, match=r"line 3, 'f 1 2 7', is no OBJ"):
+    with pytest.raises(InputError, match=r"line 3 is not a line of an OBJ file: 'f 1 2 7'"):
         read_mesh(tmp_path / "wrong.obj")
 
 

@@ -401,7 +401,7 @@ def test_refinement_notices_another_order() -> None:
 
 def test_a_simulation_that_fails_is_a_failed_row() -> None:
     def stops(scene: Scene, time: float) -> np.ndarray:
-        raise SimulationError("the cloth was stretched to 2.00 of its length")
+        raise SimulationError("the cloth was stretched to 2.00 times its length")
 
     (row,) = rows(motion.free_fall, subject(stops))
     assert row.passed is False and "2.00" in row.note

@@ -88,7 +88,7 @@ def test_a_dataset_that_is_there_is_refused_before_any_work(tmp_path: Path, monk
     arguments = ["plan", str(learned), "--out", str(tmp_path / "plan"), "--lerobot", str(tmp_path / "data")]
     monkeypatch.setattr("tatamu.robots.plan_fold", lambda *_: pytest.fail("planned"))
     done = tatamu(*arguments)
-    assert done.returncode == 2 and "exists; give another" in done.stderr
+    assert done.returncode == 2 and "must be a new folder" in done.stderr
     assert not (tmp_path / "plan").exists()
 
 

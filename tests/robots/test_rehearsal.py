@@ -148,7 +148,7 @@ def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> Non
     assert pressed.displacements[-1] - first.displacements[-1] == pytest.approx(down)
     assert pressed.displacements[0] == pytest.approx(np.zeros(3), abs=1e-9)
     assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001 + lifted(done)]), abs=1e-3)
-    with pytest.raises(InputError, match="must be one for each of 2 folding arms, given 1"):
+    with pytest.raises(InputError, match="must have one item for each of 2 folding arms, given 1"):
         rehearsed_scene(done, held.model_copy(update={"grippers": parts[:2]}))
 
 
@@ -333,7 +333,7 @@ def test_a_table_that_ends_before_the_hands_open_is_refused(plan_folder: Path, t
     shutil.copytree(plan_folder, tmp_path / "short")
     path = tmp_path / "short" / "joint_trajectory.csv"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:1700]))
-    with pytest.raises(InputError, match=r"joint_trajectory.csv: ends at 8.49 s, before the last event"):
+    with pytest.raises(InputError, match=r"joint_trajectory.csv: must reach the last event of plan.json, given 8.49 s"):
         Planned.load(tmp_path / "short")
 
 

@@ -58,7 +58,7 @@ def describe(error: ValidationError) -> str:
     """Return one line about the first wrong field of a record: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
-    where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
+    where = ".".join(str(part) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     if first["type"] in ("model_type", "dict_type"):
         message = "must be a table (an object)"
@@ -71,4 +71,4 @@ def describe(error: ValidationError) -> str:
         text = repr(first["input"])
         given = f", given {text if len(text) <= 60 else text[:57] + '...'}"
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
-    return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
+    return f"{where}: {message}{given}".removeprefix(": ") + (f" (and {more} more)" if more else "")

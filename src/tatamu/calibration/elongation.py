@@ -57,9 +57,8 @@ class ElongationReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if lying > hanging:
             raise ValueError(
-                f"L2 ({lying:g} m, lying) must be at most L1 ({hanging:g} m, hanging), because cloth does not "
-                "hang shorter than it lies; check that L1 and L2 are not swapped, and that nothing pulled "
-                "the cloth for L2"
+                f"L2 ({lying:g} m, lying) must be at most L1 ({hanging:g} m, hanging), because cloth becomes "
+                "longer when hung; check that L1 and L2 are not swapped"
             )
         if hanging > 1.5 * lying:
             raise ValueError(

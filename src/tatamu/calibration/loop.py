@@ -77,7 +77,7 @@ class Loop(ElasticTest):
         if test.height <= 2.0 * test.thickness:
             raise InputError(
                 f"loop: height ({test.height:g} m) must be more than two layers of cloth ({2.0 * test.thickness:g} m); "
-                "check `thickness`, which is that of one layer, and measure without pressing the loop flat"
+                "check that `thickness` is that of one layer"
             )
         return test
 

@@ -113,9 +113,8 @@ class Sag(ElasticTest):
         least = 1.5  # edge over free length
         if along < least * test.free_length:
             raise InputError(
-                f"sag: free_length must be at most {along / least:.2f} m on edge {entry.edge} ({along:.2f} m "
-                f"long), because the ends must not support the middle, given {test.free_length:g} m; choose a "
-                "shorter free length or a longer edge"
+                f"sag: free_length must be at most {along / least:.2f} m for edge {entry.edge}, which is "
+                f"{along / least:.2f} m long, given {test.free_length:g} m; choose a longer edge"
             )
         return test
 

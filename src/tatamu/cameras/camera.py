@@ -184,7 +184,7 @@ def estimate(
     if lens is not None and away > 6.0:
         shown = max(size) * float(np.exp(best.x[0]))
         raise InputError(
-            f"lens: must be of the photo's camera and zoom, with a focal length of about {shown:.0f} pixels, given "
+            f"lens: must have a focal length of about {shown:.0f} pixels to fit the photo, given "
             f"{lens.focal:.0f}; leave --lens out, or make the file again with `tatamu lens`"
         )
     covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)

@@ -75,7 +75,8 @@ def plans(
     fold: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME|FILE.toml", help="Fold plan to show, repeatable; auto: the best; default: all that are found."
+            metavar="NAME|FILE.toml",
+            help="Fold plan to show (repeatable), or auto for the best; default: all that are found.",
         ),
     ] = None,
     size: SizeOption = None,

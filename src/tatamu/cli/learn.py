@@ -108,7 +108,7 @@ def learn(
         asked = task.asked
         if options.size is None and asked is not None and asked.size is not None:
             width, length = asked.size
-            print(f"size: {width:g} x {length:g} m, as measured in {options.material}; change it with --size")
+            print(f"size: {width:g} x {length:g} m, as measured in {options.material}; give --size for another size")
         if task.garment.own:
             print(task.garment.statement)
             for note in task.garment.notes:

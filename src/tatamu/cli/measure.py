@@ -82,8 +82,7 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     if not 0.0 < coefficient < 1.0:
         raise InputError(
             "drape: the outline must be larger than the plate and smaller than the disc, given "
-            f"{1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres, and "
-            "that only cloth and table are in the photo"
+            f"{1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres"
         )
     print(f"drape_coefficient = [{coefficient:.3f}]")
     print(f"nodes = [{outline.nodes}]")

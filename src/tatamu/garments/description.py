@@ -93,7 +93,7 @@ class GarmentFile(BaseModel):
                 "holes of its own"
             )
         if self.outline is not None and (self.weld or self.remesh):
-            raise ValueError("weld and remesh must be left out for an outline, because they are for meshes")
+            raise ValueError("weld and remesh must be left out for an outline")
         if self.outline is not None and self.up in ("z", "-z"):
             raise ValueError(f"up must be x, -x, y or -y for an outline, given {self.up!r}")
         return self

@@ -74,7 +74,7 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
         InputError: If a coordinate is not finite or exceeds `MAX_COORDINATE`, or the curve has too many points.
     """
     if not (np.abs(points) < MAX_COORDINATE).all():
-        raise InputError(f"outline: must have coordinates that are finite and at most {MAX_COORDINATE:g}")
+        raise InputError(f"outline: must have finite coordinates of at most {MAX_COORDINATE:g}")
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
@@ -129,7 +129,7 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
         # each pair takes time
         if overlaps > 100_000:
             raise InputError(
-                "outline: must have closed curves that lie inside or beside one another, given too many that cross"
+                "outline: must have closed curves that do not cross one another, given too many that cross"
             )
         around = next((other for other in near if _surrounds(regions[other], own)), number)
         groups.setdefault(around, []).append(number)

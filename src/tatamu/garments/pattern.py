@@ -154,8 +154,8 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"the drawing has two outlines at most {apart:.0f} mm apart, of which the inner one is taken "
-            "for the seam, where the garment is cut; holes = true makes a hole of the inner one"
+            f"the drawing has two outlines at most {apart:.0f} mm apart; the garment is cut along the "
+            "inner one, which is taken for the seam (holes = true makes a hole instead)"
         )
         outer, inner = inner[0], inner[1:]
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
@@ -163,7 +163,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None, path: Path) -> tupl
             notes.append(f"left out: {counted(inner[~is_hole], 'closed curve')} along or across the inner line")
         inner = inner[is_hole]
     if holes is False and len(inner):
-        notes.append(f"left out, as holes = false says: {counted(inner, 'closed curve')} inside the outline")
+        notes.append(f"left out because of holes = false: {counted(inner, 'closed curve')} inside the outline")
         inner = inner[:0]
     region = outer.difference(shapely.union_all(inner)) if len(inner) else outer
     if not isinstance(region, shapely.Polygon):

@@ -124,7 +124,7 @@ def _decoded(data: bytes) -> np.ndarray:
 
     found = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
     if found is None:
-        raise ValueError("its pixel format is not supported; save it as an 8-bit PNG in grey or RGB")
+        raise ValueError("the pixel format is not supported; save the picture as an 8-bit PNG in grey or RGB")
     found = found.reshape(*found.shape[:2], -1)
     return found[..., [2, 1, 0, *range(3, found.shape[2])]] if found.shape[2] >= 3 else found
 

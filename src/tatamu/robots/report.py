@@ -93,8 +93,8 @@ def summary(figures: dict[str, Any]) -> list[str]:
     lines = [
         f"{figures['robot']}: {figures['simulated_seconds']:.1f} s rehearsed, {figures['real_time_factor']:.1f} times "
         "faster than real time",
-        f"joints follow the plan within {1e3 * error:.2f} mrad ({joint}), and tools within "
-        f"{1e3 * figures['tool_error']:.2f} mm while the cloth is held",
+        f"joints follow the plan within {1e3 * error:.2f} mrad ({joint}), tools within "
+        f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
     if figures["tool_error"] > AS_PLANNED:
         lines.append(f"warning: the tools deviate from the plan by more than {1e3 * AS_PLANNED:g} mm")

@@ -172,8 +172,8 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
         return ""
     if narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, given {low:g} "
-            f"to {high:g}; correct safety_controller, or remove it"
+            f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, "
+            f"given {low:g} to {high:g}; correct or remove safety_controller"
         )
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")

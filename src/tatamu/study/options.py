@@ -36,7 +36,7 @@ class Options(Record):
         try:
             super().__init__(**given)
         except ValidationError as error:
-            raise InputError(describe(error).removeprefix("(whole file): ")) from None
+            raise InputError(describe(error)) from None
 
 
 class FoldOptions(Options):

@@ -178,8 +178,8 @@ class Result:
         target = task.fold.target
         if target.shape != self.target.shape or not np.abs(target - self.target).max() < 1e-6:  # rounding errors
             raise InputError(
-                f"{self.folder}: must be learned for the present target of its task, given an older target; "
-                "learn the fold again"
+                f"{self.folder}: must have the target for which the fold was learned, but the target of its "
+                "task has changed; learn the fold again"
             )
         return task
 

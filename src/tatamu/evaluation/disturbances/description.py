@@ -128,7 +128,7 @@ class Correlation(Record):
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")
         if count and np.linalg.eigvalsh(matrix)[0] < -0.01:  # entries rounded to three digits cause small negative ones
-            raise ValueError("matrix must have no negative eigenvalue, because it is a correlation matrix")
+            raise ValueError("matrix must have no negative eigenvalue, like every correlation matrix")
         return self
 
 
@@ -154,7 +154,7 @@ class Disturbances(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if unknown := [name for name in self.material if name not in FIELDS]:
-            raise ValueError(f"material must only contain {', '.join(FIELDS)}, given {unknown[0]}")
+            raise ValueError(f"material.{unknown[0]} must be one of {', '.join(FIELDS)}")
         given = self.correlation.parameters if self.correlation else []
         if missing := [name for name in given if name in FIELDS and name not in self.material]:
             raise ValueError(

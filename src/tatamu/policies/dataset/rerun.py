@@ -49,7 +49,7 @@ def replay(dataset: Path | str, episode: int) -> Replay:
     env = make_env(recorded.make_task(), about.specification)
     env.reset(options={"world": recorded.world})
     if recorded.vertices != len(final) or final.shape != env.outcome()[0].shape:
-        raise InputError(f"{folder.path}: episode {episode} must have the mesh that its garment has now, given another")
+        raise InputError(f"{folder.path}: episode {episode} must have the present mesh of its garment, given another")
     actions = _actions(folder, "lerobot" in about.specification.formats, episode)
     answers = play(env, actions, about.stand)
     reached, score = env.outcome()

@@ -135,7 +135,7 @@ class Simulation:
         count = len(self.scene.grippers)
         hands = [None] * count if hands is None else hands
         if len(hands) != count:
-            raise InputError(f"hands: must be one for each of {count} grippers, given {len(hands)}")
+            raise InputError(f"hands: must have one item for each of {count} grippers, given {len(hands)}")
         fastest = self.options.limits.fastest_hand
         poses = {} if bodies is None else self._bodies.check(bodies, self.number, stop, fastest)
         self._grippers.lead(hands, self.number, stop, fastest)
@@ -331,7 +331,7 @@ class Simulation:
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene must need at most {limits.most_work:g} vertex steps (hours), given {work:.2g}; "
+                f"the scene must need at most {limits.most_work:g} vertex steps, which take hours, given {work:.2g}; "
                 "give a coarser mesh or a shorter duration"
             )
 
