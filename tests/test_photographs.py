@@ -361,7 +361,7 @@ def test_a_lens_of_another_camera_is_refused_or_told(factor: float, folder: Path
     if factor == 1.0:
         read_photograph(folder / "towel.png", PAGES, lens_of(factor))
     else:
-        with pytest.raises(InputError, match=r"lens: must be of the photo's camera.* about [78]\d\d pixels"):
+        with pytest.raises(InputError, match=r"lens: must have a focal length of about [78]\d\d pixels"):
             read_photograph(folder / "towel.png", PAGES, lens_of(factor))
 
 

@@ -43,7 +43,7 @@ def plan(
         typer.Option(
             min=0.05,
             max=1.0,
-            help="Speed of the motion as a factor of the planned speed; waits become longer by the same factor.",
+            help="Speed as a fraction of the planned speed; the waits become longer, too.",
         ),
     ] = 1.0,
     hover: Annotated[

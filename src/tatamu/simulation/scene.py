@@ -60,7 +60,8 @@ class Cloth(Record):
     def _check(self) -> Self:
         if self.rest_vertices is not None and self.rest_vertices.shape != self.vertices.shape:
             raise ValueError(
-                f"rest_vertices must have one item for each of {len(self.vertices)} vertices, given {len(self.rest_vertices)}"
+                f"rest_vertices must have one item for each of {len(self.vertices)} vertices, given "
+                f"{len(self.rest_vertices)}"
             )
         if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
