@@ -120,7 +120,7 @@ def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """Return the indices of the ends of a sleeve's opening: the side farthest from between underarm and neck."""
+    """Return the indices of the ends of a sleeve's opening, the side farthest from the middle of underarm and neck."""
     way = _shorter_way(points, underarm, neck)
     tolerance = 0.02 * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))

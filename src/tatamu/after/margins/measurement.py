@@ -49,7 +49,7 @@ class Side:
         return Scenario({**self.centre.values, self.channel.name: self._value(deviations)})
 
     def shown(self, deviations: float) -> float:
-        """Return a disturbance as files have it."""
+        """Return a disturbance, given in deviations, in the unit that files use."""
         return self.channel.shown(self._value(deviations))
 
     def _value(self, deviations: float) -> float:
