@@ -25,7 +25,6 @@ GARMENTS = {
     "tshirt-half": ("T-shirt in half", "learn tshirt --fold half"),
     "trousers-leg": ("Trousers, leg over leg", "learn trousers --fold leg"),
     "trousers-half": ("Trousers in half", "learn trousers --fold half"),
-    "tshirt-shop": ("T-shirt, the shop fold", "learn tshirt --fold shop"),
 }
 """Title of each learned fold, and the command without the options of `QUICK` and `--out`."""
 LARGE = "learn towel --robot panda-pair --trials 10 --disturbances none"

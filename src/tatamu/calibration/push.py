@@ -65,7 +65,7 @@ class PushReadings(TestEntry):
                 )
         if pushed > 0.3 * length:
             raise ValueError(
-                f"pushed ({pushed:g} m) must be at most 0.3 of length ({length:g} m), because cloth buckles when "
+                f"pushed ({pushed:g} m) must be at most 0.3 times length ({length:g} m), because cloth buckles when "
                 "pushed farther"
             )
         return self

@@ -148,7 +148,7 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < MAX_COORDINATE).all():
         raise InputError(
-            f"outline: must have finite coordinates of at most {MAX_COORDINATE:g}, given another coordinate in a {kind}"
+            f"outline: must have finite coordinates of at most {MAX_COORDINATE:g}, given others in a {kind}"
         )
     if drawn is None:
         return corners

@@ -217,7 +217,7 @@ class Planned:
             raise InputError(f"{table}: must reach the last event of plan.json, given {times[-1]:.2f} s")
         planned = cls(folder, plan, times, angles)
         if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in planned.arms):
-            raise InputError(f"{path}: events: must contain the close of each arm before its open")
+            raise InputError(f"{path}: events: each arm must close before it opens")
         return planned
 
     @property

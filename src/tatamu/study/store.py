@@ -109,8 +109,8 @@ class StudyStore:
             raise InputError(f"{self.label}: trial {number}: {describe(error)}; give another folder") from None
         if read.number != number:
             raise InputError(
-                f"{self.label}: trial {number}: must have this number, given {read.number}, because trials "
-                "were lost; give another folder"
+                f"{self.label}: trials: must have the numbers 0, 1, 2, .., given {read.number} at place {number}; "
+                "give another folder"
             )
         return read
 
