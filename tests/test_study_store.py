@@ -112,7 +112,7 @@ def test_a_trial_that_optuna_left_is_said_in_one_line(
     leave(folder)
     before = (folder / "study.db").read_bytes()
     for trials in (3, 5):
-        with pytest.raises(InputError, match=rf"study\.db: trial 2: .*{state} .*delete the trial in Optuna") as refused:
+        with pytest.raises(InputError, match=rf"study\.db: trial 2: .*{state}.*delete the trial in Optuna") as refused:
             learn(folder, trials)
         assert "\n" not in str(refused.value)
     assert (folder / "study.db").read_bytes() == before
