@@ -147,9 +147,7 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < MAX_COORDINATE).all():
-        raise InputError(
-            f"outline: must have finite coordinates of at most {MAX_COORDINATE:g}, given others in a {kind}"
-        )
+        raise InputError(f"outline: must have finite coordinates of at most {MAX_COORDINATE:g} in a {kind}")
     if drawn is None:
         return corners
     if len(corners) > MAX_PARTS:

@@ -97,7 +97,7 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
             case ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise ValueError(f"the header has the line {' '.join(words)[:40]!r}")
+                raise ValueError(f"the header has the unknown line {' '.join(words)[:40]!r}")
     if not stated:
         raise ValueError("the header does not state a format")
     for element in elements:

@@ -175,7 +175,7 @@ def _check_arm(path: Path, robot: Robot, arm: Arm, prefix: str) -> None:
             raise InputError(f"{where} must be hinges, given the slide {joint.removeprefix(prefix)}")
         if not model.joint(joint).limited[0]:
             raise InputError(
-                f"{where} must have a range in the model, given {joint.removeprefix(prefix)} without range"
+                f"{where} must each have a range in the model, given {joint.removeprefix(prefix)} without a range"
             )
         low, high = model.joint(joint).range
         if not low <= angle <= high:
