@@ -204,7 +204,7 @@ def test_a_label_is_a_name_and_a_pocket_with_a_name_is_no_opening(tmp_path: Path
     (tmp_path / "hoodie.svg").write_text(hoodie_svg(f'{NEW} width="620mm" {VIEW}', pocket + NAMED))
     hoodie = make_garment(str(tmp_path / "hoodie.svg"), spacing=0.03)
     assert hoodie.openings == ("hem",)
-    assert any(note.startswith("pocket: does not lie along") for note in hoodie.notes)
+    assert any(note.startswith("pocket: is not an opening") for note in hoodie.notes)
 
 
 def test_openings_of_the_garment_file_win(tmp_path: Path) -> None:

@@ -158,7 +158,7 @@ def test_kinematics_that_differ_from_mujocos_are_refused_with_the_distance(
         return replace(chain, rest=chain.rest + 0.001)
 
     monkeypatch.setattr(Chain, "of", wrong)
-    with pytest.raises(InputError, match=r"robot pair: larm: .* differ by 0\.\d+ mm"):
+    with pytest.raises(InputError, match=r"robot pair: larm: .* given 0\.\d+ mm"):
         check_kinematics(robot)
 
 
