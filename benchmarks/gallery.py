@@ -106,7 +106,8 @@ def garments(out: Path) -> None:
     cards = []
     for name, (title, command) in GARMENTS.items():
         run(f"{command} {QUICK} --out fold-{name}", out, f"fold-{name}")
-        picture(out / f"fold-{name}", out / f"{name}.png")
+        steps = sorted((out / f"fold-{name}").glob("step-*"))
+        picture(steps[-1] if steps else out / f"fold-{name}", out / f"{name}.png")
         small(out / f"{name}.png", name, 960)
         cards.append(card(title, f"{title}, with the paths of the hands.", name, [f"{command} {QUICK}"]))
     publish("gallery: garments", grid(cards))
@@ -150,7 +151,7 @@ def environments(out: Path) -> None:
         actions = list(follow(curve)) if follow else [env.action_space.sample() * 0]
         frames = [(env.step(action), env.render())[1] for action in actions]
         taken = [frames[min(int(moment * len(frames)), len(frames) - 1)] for moment in moments]
-        shown += [Image.fromarray(frame).crop((60, 50, 260, 270)) for frame in taken]  # type: ignore[arg-type]
+        shown += [Image.fromarray(frame).crop((40, 50, 280, 320)) for frame in taken]  # type: ignore[arg-type]
     sheet = Image.new("RGB", (sum(image.width for image in shown), shown[0].height))
     for place, image in enumerate(shown):
         sheet.paste(image, (place * image.width, 0))
@@ -164,7 +165,9 @@ def captures(out: Path) -> None:
 
     shutil.copy("examples/measurements-towel.toml", out)
     for name, (command, made) in CAPTURES.items():
-        publish(f"capture: {name}", f"\n```text\n$ tatamu {command}\n{run(command, out, made).rstrip()}\n```\n")
+        printed = run(command, out, made).rstrip()
+        fence = "```{code-block} text\n:class: drawing\n" if "┏" in printed else "```text"  # frames must not wrap
+        publish(f"capture: {name}", f"\n{fence}\n$ tatamu {command}\n{printed}\n```\n")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         page = browser.new_page(viewport={"width": 1280, "height": 1100})

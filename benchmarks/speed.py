@@ -83,12 +83,13 @@ def _row(case: Case, own: Sequence[Timing], base: Sequence[Timing]) -> Row:
 
 
 def _sentence(rows: Sequence[Row]) -> str:
-    """The README's figure: seconds of one rollout of the towel on its default mesh, by simulator."""
+    """The README's figure: seconds of one rollout of the towel on the coarsest mesh of the table, by simulator."""
     few = min(row["vertices"] for row in rows)
     seconds = {row["simulator"]: row["seconds"] for row in rows if row["vertices"] == few}
     own = seconds.pop("native")
     others = ", ".join(f"{name} {time} s" for name, time in seconds.items())
-    return f"A simulated fold of that towel ({few} vertices, 5 s) takes {own} s on one core ({others}; `make bench`)."
+    fold = f"On a mesh of {few} vertices, finer than the default, a simulated fold of that towel (5 s)"
+    return f"{fold} takes {own} s on one core ({others}; `make bench`)."
 
 
 def _cases(kind: str, spacings: Sequence[float], options: argparse.Namespace) -> list[Case]:

@@ -46,7 +46,8 @@ napoleon_use_rtype = False
 
 html_theme = "furo"
 html_title = f"tatamu {release}"
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_theme_options = {
     "source_repository": URLS.get("Repository", ""),
     "source_branch": "main",

@@ -296,9 +296,9 @@ def test_a_manipulation_survives_its_file_to_the_last_bit(made: dict[str, Any], 
 @pytest.mark.parametrize(
     ("change", "named"),
     [
-        ({"g1": 99}, "^g1: must be a grasp from 0 to .*given 99"),
-        ({"g2": -1}, "^g2: must be a grasp"),
-        ({"z1": -0.01}, "^z1: must be a height of 0 or more"),
+        ({"g1": 99}, "^g1: must be the index of a grasp, 0 to .*given 99"),
+        ({"g2": -1}, "^g2: must be the index of a grasp"),
+        ({"z1": -0.01}, "^z1: must be a height of at least 0 m"),
         ({"x1": float("nan")}, "^x1: must be a finite number, given nan"),
         ({"x2": float("inf")}, "^x2: must be a finite number"),
         ({"z2": "high"}, "^z2: must be a finite number, given 'high'"),

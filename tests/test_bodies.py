@@ -38,7 +38,7 @@ def scene(**body: Any) -> Scene:
         ({"orientations": [[1, 0, 0]]}, "must be a list of [w, x, y, z]"),
         ({"orientations": [[float("nan"), 0, 0, 0]]}, "unit quaternions"),
         ({"times": [0.0, 0.0], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
-        ({"times": [0.0, 1.0]}, "positions must be one for each of 2 times, given 1"),
+        ({"times": [0.0, 1.0]}, "positions must have one item for each of 2 times, given 1"),
         ({"times": [1.0, 0.5], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
         ({"friction": -1.0}, "bodies.0.friction"),
         ({"positions": [[0.02, 0.02, 0.002]]}, "bodies.0 must begin outside the cloth, or inside it by at most"),

@@ -232,7 +232,7 @@ def test_the_same_readings_give_the_same_file(found: Calibration) -> None:
 
 
 def test_a_mass_that_no_fabric_has_is_refused() -> None:
-    with pytest.raises(InputError, match=r"mass: 0\.0005 kg over the garment"):
+    with pytest.raises(InputError, match=r"mass: must give 0.02 to 5 kg/m² .*\(0\.0005 kg over"):
         calibrate(measured(garment__mass=0.0005))
 
 
@@ -268,14 +268,14 @@ def test_a_sewn_garment_hangs_by_its_own_shape(name: str, edges: list[str]) -> N
 
 def test_a_length_of_another_garment_is_refused() -> None:
     other = {"elongation__L1": 2 * SIZE[1] + 0.01, "elongation__L2": 2 * SIZE[1]}
-    with pytest.raises(InputError, match=r"L2 .* does not fit this garment"):
+    with pytest.raises(InputError, match=r"L2 .* must be within 25 % of"):
         calibrate(measured(**other))
 
 
 def test_an_edge_that_is_not_there_is_named() -> None:
-    with pytest.raises(InputError, match=r"edge: towel has .*bottom.*, given 'collar'"):
+    with pytest.raises(InputError, match=r"edge: must be one of .*bottom.*, given 'collar'"):
         calibrate(measured(elongation__grasps=[{"edge": "collar"}]))
-    with pytest.raises(InputError, match="its ends hang differently"):
+    with pytest.raises(InputError, match="sag: free_length must be at most"):
         calibrate(measured(sag__free_length=0.19, sag__sag=0.1))
 
 
@@ -409,5 +409,5 @@ def test_thick_cloth_on_a_short_free_length_sags_like_thin_cloth() -> None:
 def test_a_slope_beside_what_the_simulator_refuses_is_taken_from_one_side() -> None:
     found = slopes(lambda stretch, bending: np.inf if stretch < 0.0 else 3.0 * stretch + 2.0 * bending, (0.0, 0.0), 0.1)
     assert (found.stretch, found.bending) == pytest.approx((3.0, 2.0))
-    with pytest.raises(TatamuError, match="fails for cloth"):
+    with pytest.raises(TatamuError, match="softer or stiffer cloth fails"):
         slopes(lambda stretch, bending: np.inf if stretch else bending, (0.0, 0.0), 0.1)

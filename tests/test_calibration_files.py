@@ -39,7 +39,7 @@ sag = 0.03
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("L1 = 0.404", "L1 = 0.390", "elongation: L2 (0.4 m, lying) is longer than L1 (0.39 m, hanging)"),
+        ("L1 = 0.404", "L1 = 0.390", "elongation: L2 (0.4 m, lying) must be at most L1 (0.39 m, hanging)"),
         ("L1 = 0.404", "L1 = 0.7", "at most 1.5 times L2"),
         ("L1 = 0.404", "L1 = 404", "if the reading is in millimetres, write 0.404"),
         ("L1 = 0.404", "L1 = []", "elongation.L1: must contain at least one reading"),
@@ -112,7 +112,7 @@ def test_calibrate_writes_a_material_and_a_page_that_learn_takes(tmp_path: Path)
         (["calibrate", "FILE", "--out", "DIR/x.toml", "--spacing", "nan"], "spacing: must be from"),
         (["calibrate", "none.toml", "--out", "DIR/x.toml"], "none.toml: cannot be read"),
         (["measure", "--template", "sock"], "garment: must be one of towel"),
-        (["measure", "--template", "towel", "--out", "FILE"], "exists; remove"),
+        (["measure", "--template", "towel", "--out", "FILE"], "must be a new file"),
         (["materials", "silk"], "material: must be one of"),
     ],
 )
@@ -140,13 +140,16 @@ def test_a_preset_is_a_material_with_sources(name: str) -> None:
 def test_presets_are_listed_and_say_that_they_are_presets() -> None:
     done = tatamu("materials")
     assert done.returncode == 0 and all(name in done.stdout for name in preset_names())
-    assert "other people's cloth" in done.stdout
+    assert "other cloth than yours" in done.stdout
     assert "11 oz" in tatamu("materials", "denim").stdout
 
 
 @pytest.mark.parametrize(
     ("table", "said"),
-    [({"spread": {"colour": (0, 1)}}, "not a field"), ({"spread": {"areal_density": (1.0, 2.0)}}, "within its spread")],
+    [
+        ({"spread": {"colour": (0, 1)}}, "fields of a material, given"),
+        ({"spread": {"areal_density": (1.0, 2.0)}}, "which is its spread"),
+    ],
 )
 def test_a_wrong_preset_is_refused(table: dict[str, Any], said: str) -> None:
     preset = load_preset("denim").model_dump()

@@ -109,7 +109,7 @@ def test_another_trial_or_a_fixed_trajectory_that_succeeds_is_named(folder: Path
     changed(folder / "result.json", lambda value: value["trials"][5].update(mean_vertex_distance=0.004, mask_iou=0.9))
     changed(folder / "result.json", lambda value: value.update(baselines=baselines))
     advice = conclusion(folder).advice
-    assert "trial 5 succeeds (4.0 mm) with a longer path" in advice[0]
+    assert "trial 5 succeeds (4.0 mm), although its path is longer" in advice[0]
     assert "Circular arc" in advice[1]
 
 
@@ -279,7 +279,7 @@ def test_a_command_that_needs_blender_looks_for_it_before_it_begins(
         "MEASUREMENTS": str(EXAMPLE),
     }
     said = refused(*(places.get(word, word) for word in words))
-    assert said.startswith("tatamu: blender: no Blender found")
+    assert said.startswith("tatamu: blender: must be installed")
     assert not out.exists()
 
 

@@ -137,7 +137,7 @@ def test_an_interrupted_dataset_is_resumed(
     assert not out.is_finished and len(list(out.path.glob(".episodes/*.npz"))) == 3
     with pytest.raises(InputError, match="the dataset is unfinished; run the same `tatamu dataset` again"):
         out.read()
-    with pytest.raises(InputError, match="contains a dataset of another specification"):
+    with pytest.raises(InputError, match="must be the folder of the same dataset"):
         make_dataset(specification(seed=4), out.path)
     again = Dying(3)
     make_dataset(specification(), out.path, executor=again)
@@ -188,7 +188,7 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         replay(tmp_path / "copy", 0)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="exists but is not a dataset"):
+    with pytest.raises(InputError, match="must be a new folder or that of a dataset"):
         make_dataset(specification(), tmp_path / "mine")
     assert (tmp_path / "mine/notes.txt").read_text() == "mine"
 
@@ -204,10 +204,10 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         ('episodes = 2\n[garment]\nwidth = "wide"\nlength = 0.4', r"garment.width.*must be a number, a list"),
         (f"episodes = 2\n[garment]\nwidth = {10**400}\nlength = 0.4", r"garment.width.*must be a number, a list"),
         ("episodes = 2\n[garment]\nwidth = 0.3", r"garment.*length must be given with width"),
-        ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"high must not be below low"),
+        ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"low must be at most high"),
         ("episodes = 2\n[garment]\nname = []", r"garment.name.*must be a name, or a list of names"),
         ('episodes = 2\n[fold]\nsource = "learned"', r"fold.*runs must be given"),
-        ('episodes = 2\n[fold]\nruns = ["a"]', r"fold.*runs is for source = 'learned'"),
+        ('episodes = 2\n[fold]\nruns = ["a"]', r"fold.*runs must be left out unless source = 'learned'"),
         (
             'episodes = 2\n[garment]\n[fold]\nsource = "sweep"\nsweep = "a"',
             r"garment must be left out for learned folds",
@@ -215,7 +215,10 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         ('episodes = 2\n[record]\ncameras = ["top", "top"]', r"cameras must be different"),
         ('episodes = 2\n[record]\ncameras = ["above"]', r"record.cameras"),
         ("episodes = 2\n[record]\nfps = 1000", r"record.fps"),
-        ('episodes = 2\ndisturbances = "none"\n[outcome]\nworlds = 3', r"outcome.worlds needs disturbances"),
+        (
+            'episodes = 2\ndisturbances = "none"\n[outcome]\nworlds = 3',
+            r"outcome.worlds must be 0 without disturbances",
+        ),
         ('episodes = 2\n[outcome]\nsimulator = "newton"', r"outcome.simulator"),
     ],
 )

@@ -67,7 +67,7 @@ def test_the_example_is_recorded(tmp_path: Path) -> None:
 def test_an_episode_is_replayed_without_a_difference(made: Path) -> None:
     ended = tatamu("replay", str(made), "0")
     assert ended.returncode == 0
-    assert ended.stdout.splitlines()[-1] == "vertices differ by 0 mm on average, 0 mm at most"
+    assert ended.stdout.splitlines()[-1] == "vertices differ from the recording by 0 mm on average and by at most 0 mm"
 
 
 def test_a_wrong_field_is_one_line(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_a_wrong_field_is_one_line(tmp_path: Path) -> None:
 def test_a_missing_codec_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.lerobot.video.CODEC", "libnothing")
     ended = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
-    refused(ended, "need the encoder libnothing")
+    refused(ended, "must be encoded with libnothing")
     assert not (tmp_path / "folds").exists()
 
 

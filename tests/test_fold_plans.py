@@ -245,7 +245,7 @@ def test_plans_are_listed_drawn_and_written(tmp_path: Path) -> None:
         (["plans", "towel", "--fold", "none.toml"], "none.toml: cannot be read"),
         (["plans", "towel", "--out", "plans.pdf"], "out: must be an .html, .png or .toml file or a folder"),
         (["plans", "towel", "--fold", "half", "--fold", "quarters", "--out", "a.toml"], "a folder for 2 plans"),
-        (["plans", "towel", "--size", "0.06x0.06"], "two hands 0.06 m apart do not fit"),
+        (["plans", "towel", "--size", "0.06x0.06"], "must have room for two hands 0.06 m apart"),
         (["plans", "towel", "--out", "/proc/nowhere/plans.html"], "cannot be written"),
     ],
 )
@@ -263,7 +263,7 @@ def test_a_step_whose_hands_do_not_fit_is_named_with_its_file_and_the_remedy(han
     assert done.returncode == (0 if hands == 1 else 2), done.stderr
     if hands == 2:
         assert (
-            "p.toml: p: step 2 (again): hands: two hands 0.06 m apart do not fit on bottom; give hands = 1"
+            "p.toml: p: step 2 (again): hands: must have room for two hands 0.06 m apart on bottom; give --hands 1"
             in done.stderr
         )
 

@@ -172,7 +172,7 @@ def test_parts_of_an_outline_nearer_than_the_mesh_are_refused() -> None:
     slot = np.array(
         [[0, 0], [0.2, 0], [0.2, 0.0995], [0.02, 0.0999], [0.02, 0.1001], [0.2, 0.1005], [0.2, 0.2], [0, 0.2], [0, 0]]
     )
-    with pytest.raises(InputError, match="closer than a spacing"):
+    with pytest.raises(InputError, match="for a spacing of"):
         panel(Outline({"around": slot}), 0.02)
 
 

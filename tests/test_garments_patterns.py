@@ -190,14 +190,14 @@ def test_a_small_garment_of_an_assumed_unit_is_doubted(tmp_path: Path) -> None:
 def test_inner_open_paths_without_a_name_are_no_openings(tmp_path: Path) -> None:
     hoodie = make_garment(str(drawn(tmp_path, f'{NEW} width="620mm" {VIEW}', POCKET)), spacing=0.03)
     assert hoodie.layers == 1
-    assert any(note.startswith("one layer, as no opening is named") for note in hoodie.notes)
+    assert any(note.startswith("one layer, because no opening is named") for note in hoodie.notes)
 
 
 def test_a_label_is_a_name_and_a_pocket_with_a_name_is_no_opening(tmp_path: Path) -> None:
     pocket = POCKET.replace('id="path815"', 'id="pocket"')
     hoodie = make_garment(str(drawn(tmp_path, f'{NEW} width="620mm" {VIEW}', pocket + NAMED)), spacing=0.03)
     assert hoodie.openings == ("hem",)
-    assert any(note.startswith("pocket: does not lie along") for note in hoodie.notes)
+    assert any(note.startswith("pocket: is not an opening") for note in hoodie.notes)
 
 
 def test_openings_of_the_garment_file_win(tmp_path: Path) -> None:
@@ -244,7 +244,7 @@ POINT = "0\nSECTION\n2\nENTITIES\n0\nPOINT\n8\n0\n10\n1\n20\n1\n0\nENDSEC\n0\nEO
     [
         ("empty.svg", svg(""), "has no curve"),
         ("words.svg", svg("<text>hi</text>"), "has no curve"),
-        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "has a path that cannot be read"),
+        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "must have paths that can be read"),
         ("page.svg", "<html><body/></html>", "is not an SVG file (it holds <html>)"),
         ("numbers.svg", '<svg viewBox="a b c d"/>', "is not an SVG file"),
         ("point.dxf", POINT, "has no curve"),
@@ -296,7 +296,7 @@ def test_the_command_line_takes_a_scale(tmp_path: Path) -> None:
     assert command(*arguments, "--scale", 0.002).startswith("hoodie: 1.24 x 1.42 m, read in units of 0.002 m (scale")
     with pytest.raises(InputError, match="scale: must be above 0"):
         command(*arguments, "--scale", -1)
-    with pytest.raises(InputError, match="scale: must be given with the file"):
+    with pytest.raises(InputError, match="scale: must be left out for the built-in garment"):
         command("show", "towel", "--scale", 0.1, "--out", tmp_path / "towel.html")
 
 

@@ -140,7 +140,7 @@ def test_what_is_not_supported_is_named(body: str, named: str) -> None:
 
 
 def test_percentages_of_a_page_without_a_size_are_refused() -> None:
-    with pytest.raises(InputError, match=r"width is 50% of a page without a size"):
+    with pytest.raises(InputError, match=r"width must be a length if the page has no size, given 50%"):
         read('<rect width="50%" height="9"/>', head="")
 
 

@@ -101,7 +101,7 @@ def test_a_folder_of_another_study_keeps_its_own_files(desk: Path, tmp_path: Pat
     folder = learned(desk, tmp_path / "out", fold="half")
     before = (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes()
     (desk / "patterns" / "bag.svg").write_text(svg(LOOP.replace("380", "360")))
-    with pytest.raises(InputError, match="contains another study"):
+    with pytest.raises(InputError, match="must contain the same study"):
         learned(desk, folder, fold="half")
     assert (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes() == before
 

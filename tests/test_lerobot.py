@@ -137,7 +137,7 @@ def test_wrong_values_are_named(tmp_path: Path, values: dict[str, np.ndarray], m
 def test_a_folder_with_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "mine.txt").write_text("mine")
-    with pytest.raises(InputError, match="exists; give another"):
+    with pytest.raises(InputError, match="must be a new folder"):
         LeRobotWriter(tmp_path / "data", 10, FEATURES)
     with pytest.raises(InputError, match=r"has no meta/info\.json"):
         LeRobotReader(tmp_path / "data")
@@ -167,6 +167,6 @@ def test_a_missing_encoder_is_reported_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tatamu.lerobot.video.CODEC", "libnothing")
-    with pytest.raises(InputError, match="need the encoder libnothing"):
+    with pytest.raises(InputError, match="must be encoded with libnothing"):
         LeRobotWriter(tmp_path / "data", 10, FEATURES)
     assert not list(tmp_path.iterdir())

@@ -103,7 +103,7 @@ def test_a_cloth_pulled_apart_ends_in_an_error_that_names_the_limit() -> None:
 def test_a_hand_that_jumps_is_named() -> None:
     jump = held(np.array([0]), times=[0.1, 0.101], displacements=[[0.0, 0.0, 0.0], [0.1, 0.0, 0.2]])
     with pytest.raises(
-        SceneError, match=r"^grippers\.0: must move as slowly as the cloth can follow, given 2\d\d m/s at t = 0\.1"
+        SceneError, match=r"^grippers\.0: must be slow enough for the cloth to follow, given 2\d\d m/s at t = 0\.1"
     ):
         simulate(scene(grippers=[jump]))
 

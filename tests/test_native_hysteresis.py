@@ -124,7 +124,7 @@ def test_a_material_with_a_slope_below_its_rigidity_is_refused() -> None:
 
 def test_only_native_knows_hysteresis_and_the_others_say_so() -> None:
     assert capabilities("native").lacking(ROUGH) == []
-    assert capabilities("mujoco").lacking(ROUGH) == ["bending springs back, without bending_hysteresis"]
+    assert capabilities("mujoco").lacking(ROUGH) == ["bending_hysteresis: ignored, so bending is elastic"]
 
 
 def test_cells_that_lock_are_warned_of_with_the_spacing_that_would_not() -> None:

@@ -68,7 +68,7 @@ def test_a_run_ends_with_its_scene_and_says_so() -> None:
         simulation.advance(1.0 / 60.0)
     assert simulation.done
     assert simulation.positions.tobytes() == simulate(made).positions[-1].tobytes()
-    with pytest.raises(InputError, match=r"^seconds: must be within the scene, which ended after 0\.516667 s"):
+    with pytest.raises(InputError, match=r"^seconds: must end within the scene, which has ended after 0\.516667 s"):
         simulation.advance(0.1)
     other = Simulation(made)
     other.advance(100.0)
@@ -189,7 +189,7 @@ PART: Any = [0.5]
         (-0.1, None, r"^seconds: must be finite and at least an outer step of .*, given -0\.1"),
         (0.0, None, "^seconds"),
         (NAN, None, "^seconds"),
-        (0.1, [None], "^hands: must be one for each of 2 grippers, given 1"),
+        (0.1, [None], "^hands: must have one item for each of 2 grippers, given 1"),
         (0.1, [HandTarget([0.0, NAN, 0.0]), None], r"^hands\[0\]\.displacement: must be three finite numbers"),
         (0.1, [None, HandTarget([0.0, 0.0], True)], r"^hands\[1\]\.displacement: must be three"),
         (0.1, [None, HandTarget(WORD, True)], r"^hands\[1\]\.displacement: must be three"),
@@ -201,7 +201,7 @@ PART: Any = [0.5]
         (0.1, [None, HandTarget(closed=True, vertices=[-1])], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [None, HandTarget(closed=True, vertices=PART)], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [None, HandTarget(closed=True, vertices=[])], r"^hands\[1\]\.vertices: must be different"),
-        (0.1, [HandTarget(vertices=[7]), None], r"^hands\[0\]\.vertices: must be those that the gripper holds"),
+        (0.1, [HandTarget(vertices=[7]), None], r"^hands\[0\]\.vertices: must be those that the closed gripper holds"),
         (0.1, [None, HandTarget(closed=True, vertices=EDGE)], r"^hands\[1\]\.vertices: must be held by one gripper"),
     ],
 )  # fmt: skip
@@ -217,7 +217,7 @@ def test_a_wrong_call_names_its_argument_and_does_nothing(seconds: float, hands:
 
 def test_vertices_that_the_scene_gives_to_another_hand_are_refused() -> None:
     later = folded(grippers=[held(EDGE, closes=0.5), held(np.array([7]), closes=100.0)])
-    with pytest.raises(InputError, match=r"^hands\[1\]\.vertices: .* vertex 2 of grippers 0 and 1"):
+    with pytest.raises(InputError, match=r"^hands\[1\]\.vertices: .* vertex 2, which grippers 0 and 1 hold"):
         Simulation(later).advance(0.1, [None, HandTarget(closed=True, vertices=[2])])
 
 

@@ -161,7 +161,7 @@ def test_a_photo_that_was_turned_without_a_tag_has_two_possible_lenses() -> None
     upright = LANDSCAPE.model_copy(update={"width": 1200, "height": 1600, "centre": (590.0, 810.0)})
     assert possible_lenses(upright, (1200, 1600), 6) == [upright]
     with pytest.raises(
-        InputError, match="lens: must be for pictures of 1000 x 900 pixels as the photo, given 1600 x 1200"
+        InputError, match="lens: must be for pictures of 1000 x 900 pixels, the size of the photo, given 1600 x 1200"
     ):
         possible_lenses(LANDSCAPE, (1000, 900), 1)
 

@@ -284,7 +284,7 @@ def test_a_wrong_plan_names_file_and_field(tmp_path: Path, change: tuple[str, st
 @pytest.mark.parametrize(
     ("step", "says"),
     [
-        ({"line": [[5, 0], [5, 1]], "moves": "-x"}, "does not cross"),
+        ({"line": [[5, 0], [5, 1]], "moves": "-x"}, "must cross"),
         ({"line": [[0, 0], [0, 1]], "moves": "-x", "grasp": "sleeve"}, "one of bottom, right, top, left or auto"),
         ({"line": [[0, 0], [0, 1]], "moves": "-x", "grasp": "top"}, "moving side"),
         ({"line": [[-0.45, 0], [-0.45, 1]], "moves": "-x"}, "crease"),

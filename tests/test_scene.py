@@ -104,7 +104,7 @@ def test_what_is_no_scene_is_refused(tmp_path: Path, text: str) -> None:
 
 
 def test_two_hands_may_not_hold_one_vertex_at_once() -> None:
-    with pytest.raises(ValueError, match="hold the same vertex"):
+    with pytest.raises(ValueError, match="must hold different vertices"):
         scene(grippers=[held(np.array([1, 2])), held(np.array([2, 3]))])
 
 

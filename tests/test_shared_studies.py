@@ -103,7 +103,7 @@ def test_names_are_apart_for_folders_and_tasks(database: SharedDatabase, tmp_pat
         learn_plain(task, tmp_path / folder, trials=1, seed=seed, baselines=False, database=database)
         names.add(json.loads((tmp_path / folder / "study.json").read_text())["name"])
     assert len(names) == 3
-    with pytest.raises(InputError, match="contains another study"):
+    with pytest.raises(InputError, match="must contain the same study"):
         learn_plain(task, tmp_path / "a", trials=1, seed=1, baselines=False, database=database)
 
 
@@ -186,7 +186,7 @@ def test_a_database_that_stays_away_ends_the_run_and_keeps_what_was_finished(
     database.retry_seconds = 0.5
     server.control("stop", "-m", "fast")
     try:
-        with pytest.raises(UnavailableError, match=r"no answer for 0\.5 s .*what was finished is kept"):
+        with pytest.raises(UnavailableError, match=r"does not answer for 0\.5 s .*finished trials are kept"):
             learn_plain(task, tmp_path, trials=2, baselines=False, database=database)
     finally:
         server.control("start")

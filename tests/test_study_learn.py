@@ -234,7 +234,7 @@ def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.
     [
         ({"seed": 1}, "seed is 0 there, 1 here"),
         ({"sampler": "random"}, 'sampler is "gp" there'),
-        ({"trials": 3}, "trials: must be 6 or more, because .* has 6 trials, given 3"),
+        ({"trials": 3}, "trials: must be at least 6, .*given 3"),
     ],
 )
 def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:
@@ -258,7 +258,7 @@ def test_a_corrupted_study_is_refused_and_kept(tmp_path: Path, content: bytes) -
 def test_a_study_of_somebody_elses_is_refused(tmp_path: Path) -> None:
     study = optuna.create_study(storage=f"sqlite:///{tmp_path / 'study.db'}", study_name="tatamu")
     study.add_trial(optuna.trial.create_trial(value=1.0))
-    with pytest.raises(InputError, match="not tatamu's"):
+    with pytest.raises(InputError, match="must contain a study of tatamu"):
         learn_plain(task(), tmp_path, trials=2)
 
 

@@ -230,7 +230,7 @@ def lies_on_sphere(scene: Scene, higher: float = 4e-4, aside: float = 0.0) -> np
 
 
 def stops(scene: Scene, time: float) -> np.ndarray:
-    raise SimulationError("the cloth was stretched to 2.00 of its length")
+    raise SimulationError("the cloth was stretched to 2.00 times its length")
 
 
 PAIRS: dict[str, tuple[Question, Motion, Motion]] = {

@@ -30,7 +30,7 @@ def test_arms_of_one_model_that_share_a_joint_are_refused(tmp_path: Path) -> Non
 def test_an_arm_without_collision_shapes_is_refused(tmp_path: Path) -> None:
     path = pair(tmp_path)
     (tmp_path / "arm.urdf").write_text(re.sub("<collision>.*?</collision>", "", urdf()))
-    with pytest.raises(InputError, match="larm: the model has no collision shapes"):
+    with pytest.raises(InputError, match="larm: must have collision shapes"):
         load(str(path))
 
 
@@ -46,16 +46,20 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
     ("old", "new", "named"),
     [
         ('model = "arm.urdf"', 'model = "gone.urdf"', "gone.urdf"),
-        ('link = "turn_link"', 'link = "hand"', "no body"),
-        ('"elbow"', '"knee"', "no joint"),
+        ('link = "turn_link"', 'link = "hand"', "must name a body"),
+        ('"elbow"', '"knee"', "must name a joint"),
         ("speed = [2.0, ", "speed = [", "speed must have one value for each"),
         ("initial = [0.0, -0.2, 1.9", "initial = [0.0, -0.2, 9.9", "must be from"),
         ("front = 0.15", "fornt = 0.15", "fornt"),
         ('name = "pair"', 'name = "pair"\nbase = "foot"', "base must be"),
         ('name = "pair"', 'name = "pair"\ntable_heights = [0.2, -0.1]', "table_heights must be the lower"),
-        ('"pan", "lift"', '"lift", "pan"', "larm.joints: must go from the base outwards: pan, lift, elbow"),
+        (
+            '"pan", "lift"',
+            '"lift", "pan"',
+            "larm.joints: must be in the order from the base to the hand: pan, lift, elbow",
+        ),
         ('"pan", "lift"', '"pan", "pan"', "larm: joints must be different"),
-        ('link = "turn_link"', 'link = "roll_link"', "larm.joints: bend does not move roll_link"),
+        ('link = "turn_link"', 'link = "roll_link"', "larm.joints: must move roll_link, given bend"),
     ],
 )
 def test_a_wrong_description_names_its_field(tmp_path: Path, old: str, new: str, named: str) -> None:

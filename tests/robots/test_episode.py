@@ -87,7 +87,7 @@ def test_a_dataset_that_is_there_is_refused_before_any_work(tmp_path: Path, monk
     (tmp_path / "data" / "mine.txt").write_text("mine")
     monkeypatch.setattr("tatamu.robots.plan_fold", lambda *_: pytest.fail("planned"))
     said = refused("plan", str(learned), "--out", str(tmp_path / "plan"), "--lerobot", str(tmp_path / "data"))
-    assert "exists; give another" in said
+    assert "must be a new folder" in said
     assert not (tmp_path / "plan").exists()
 
 

@@ -95,8 +95,8 @@ def test_a_whole_robot_says_where_its_joints_stand_once(tmp_path: Path) -> None:
     ("top", "arm", "named"),
     [
         ("", "standing = { left = 0.2 }", "standing: larm_left must be from 0.021 to 0.057, given 0.2"),
-        ("", "standing = { thumb = 0.2 }", "standing: the model has no joint 'larm_thumb'"),
-        ("", "standing = { pan = 0.2 }", "standing: larm_pan must be outside the arms"),
+        ("", "standing = { thumb = 0.2 }", "standing: must name a joint of the model, given 'larm_thumb'"),
+        ("", "standing = { pan = 0.2 }", "standing: must contain joints outside the arms only, given larm_pan"),
         ("standing = { larm_left = 0.03 }", "", "standing must be given in each arm's table"),
     ],
 )
@@ -130,7 +130,7 @@ def test_kinematics_that_differ_from_mujocos_are_refused_with_the_distance(
         return replace(chain, rest=chain.rest + 0.001)
 
     monkeypatch.setattr(Chain, "of", wrong)
-    with pytest.raises(InputError, match=r"robot pair: larm: .* differ by 0\.\d+ mm"):
+    with pytest.raises(InputError, match=r"robot pair: larm: .* given 0\.\d+ mm"):
         check_kinematics(robot)
 
 
@@ -151,10 +151,8 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
         text = "\n".join(line.rsplit(", ", 2)[0] + "]" if line.startswith(field) else line for line in text.split("\n"))
         assert last in text
     path.write_text(text)
-    assert (
-        "larm: joints must be at least 5, given 4: three move the hand and two keep the jaw across the hem"
-        in refusal(load, str(path))
-    )
+    said = refusal(load, str(path))
+    assert "larm: joints must be at least 5" in said and "given 4" in said
 
 
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:
@@ -274,16 +272,16 @@ def test_two_meshes_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "named"),
     [
-        (urdf('<mesh filename="gone.stl"/>'), "there is no file"),
-        (urdf('<mesh filename="link.dae"/>'), "must be one of .stl"),
+        (urdf('<mesh filename="gone.stl"/>'), "must name existing files"),
+        (urdf('<mesh filename="link.dae"/>'), "must be a file of type .stl"),
         (urdf('<mesh filename="broken.ply"/>'), "is not a mesh that can be read"),
         (urdf('<mesh filename="broken.stl"/>'), "does not compile"),
         (urdf().replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"', 1), ""),
-        (urdf(more='<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'), "is xacro"),
+        (urdf(more='<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'), "given xacro"),
         (urdf().replace('velocity="2"', 'velocity="fast"'), "velocity must be a number, given 'fast'"),
         ("<sdf/>", "must be a URDF (<robot>) or an MJCF (<mujoco>), given <sdf>"),
         ("joints: none", "must be the XML of a URDF or MJCF"),
-        ('<robot name="macros"></robot>', "has no link"),
+        ('<robot name="macros"></robot>', "must have a link"),
     ],
 )
 def test_a_model_file_that_cannot_be_read_is_one_line(tmp_path: Path, text: str, named: str) -> None:

@@ -149,7 +149,7 @@ def test_layers_that_fingers_press_down_go_with_the_hand(done: Rehearsal) -> Non
     assert pressed.displacements[-1] - first.displacements[-1] == pytest.approx(down)
     assert pressed.displacements[0] == pytest.approx(np.zeros(3), abs=1e-9)
     assert other.displacements[-1] == pytest.approx(np.array([0.34, 0, 0.001 + lifted(done)]), abs=1e-3)
-    with pytest.raises(InputError, match="must be one for each of 2 folding arms, given 1"):
+    with pytest.raises(InputError, match="must have one item for each of 2 folding arms, given 1"):
         rehearsed_scene(done, held.model_copy(update={"grippers": parts[:2]}))
 
 
@@ -330,7 +330,8 @@ def test_a_place_that_is_none_is_one_line(broken: Path, value: float | str) -> N
 def test_a_table_that_ends_before_the_hands_open_is_refused(broken: Path) -> None:
     path = broken / "joint_trajectory.csv"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:1700]))
-    assert "joint_trajectory.csv: ends at 8.49 s, before the last event" in refusal(Planned.load, broken)
+    said = refusal(Planned.load, broken)
+    assert "joint_trajectory.csv: must reach the last event of plan.json, given 8.49 s" in said
 
 
 def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:

@@ -27,7 +27,7 @@ def _floats(value: Any) -> np.ndarray:
     if array.ndim != 2 or array.shape[1] != 3:
         raise ValueError(f"must be a list of [x, y, z], given an array of shape {array.shape}")
     if not np.isfinite(array).all():
-        raise ValueError(f"must be finite, row {int(np.argmin(np.isfinite(array).all(1)))} is not")
+        raise ValueError(f"must be finite, given nan or infinity in row {int(np.argmin(np.isfinite(array).all(1)))}")
     if np.abs(array).max(initial=0.0) > MAX_COORDINATE:
         raise ValueError(f"must lie within {MAX_COORDINATE:g} m of the origin, given {np.abs(array).max():g} m")
     array.setflags(write=False)

@@ -66,7 +66,7 @@ def describe(error: ValidationError, model: type[BaseModel]) -> str:
     """Return one line about the first wrong field of a record: its path, the allowed value and the given value."""
     errors = error.errors(include_url=False)
     first = errors[0]
-    where = ".".join(str(part) for part in first["loc"]) or "(whole file)"
+    where = ".".join(str(part) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     if first["type"] in ("model_type", "dict_type"):
         message = "must be a table (an object)"
@@ -82,7 +82,7 @@ def describe(error: ValidationError, model: type[BaseModel]) -> str:
         close = get_close_matches(str(first["loc"][-1]), _fields_at(model, first["loc"][:-1]), 1)
         given += f"; did you mean {close[0]}?" if close else ""
     more = sum(other["loc"] != first["loc"][: len(other["loc"])] for other in errors[1:])  # without its parents
-    return f"{where}: {message}{given}" + (f" (and {more} more)" if more else "")
+    return f"{where}: {message}{given}".removeprefix(": ") + (f" (and {more} more)" if more else "")
 
 
 def _fields_at(model: Any, place: Sequence[int | str]) -> list[str]:

@@ -26,7 +26,7 @@ EXTRAS = {
 def missing(error: ModuleNotFoundError) -> InputError | None:
     """Return the error for a missing module of an extra; None if the module belongs to no extra."""
     module = (error.name or "").partition(".")[0]
-    return next((_lacking(module, extra) for extra, modules in EXTRAS.items() if module in modules), None)
+    return next((lacking(module, extra) for extra, modules in EXTRAS.items() if module in modules), None)
 
 
 def needed(module: str, extra: str) -> Any:
@@ -38,8 +38,9 @@ def needed(module: str, extra: str) -> Any:
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
-        raise _lacking((error.name or module).partition(".")[0], extra) from None
+        raise lacking((error.name or module).partition(".")[0], extra) from None
 
 
-def _lacking(module: str, extra: str) -> InputError:
-    return InputError(f"this needs the package {module}, which is not installed: pip install 'tatamu[{extra}]'")
+def lacking(package: str, extra: str, use: str = "") -> InputError:
+    """Return the error for a package that is not installed; `use` is what needs the package."""
+    return InputError(f"{package}: must be installed{use and f' for {use}'}; run `pip install 'tatamu[{extra}]'`")

@@ -45,9 +45,9 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
     """Check, before any work is done, that output files can be written and none of them is an input file."""
     for target in targets:
         if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
-            raise InputError(f"{target}: cannot be written (is a folder)")
+            raise InputError(f"{target}: must be the name of a file to write, given a folder")
         if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
-            raise InputError(f"{target}: is an input; choose another output name")
+            raise InputError(f"{target}: must differ from the input files; choose another name for the output")
 
 
 def sibling(path: Path) -> Path:
@@ -59,7 +59,7 @@ def sibling(path: Path) -> Path:
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file that takes the place of `path` if the `with` statement succeeds."""
     if not path.name:
-        raise InputError(f"{path}: cannot be written (is a folder)")
+        raise InputError(f"{path}: must be the name of a file to write, given a folder")
     temporary = sibling(path)
     try:
         with writing(path):
@@ -140,7 +140,7 @@ def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
         state = os.stat(path)
         if not stat.S_ISREG(state.st_mode):
             kind = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe or a device"
-            raise InputError(f"{path}: cannot be read (must be a regular file, given {kind})")
+            raise InputError(f"{path}: must be a regular file, given {kind}")
         if state.st_size > largest:
             raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB, given {state.st_size / MIB:.1f} MiB")
         with open(path, "rb") as file:
@@ -165,7 +165,7 @@ def read_text(path: Path, largest: int = MAX_TEXT) -> str:
     try:
         return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
     except UnicodeDecodeError:
-        raise InputError(f"{path}: is not a UTF-8 text file") from None
+        raise InputError(f"{path}: must be a text file in UTF-8, given other bytes") from None
 
 
 @contextmanager

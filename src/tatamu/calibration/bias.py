@@ -49,10 +49,13 @@ class BiasReadings(TestEntry):
         hung = float(np.mean(self.L1))
         lying = float(np.mean(self.L2))
         if not lying < hung < 1.5 * lying:
-            raise ValueError(f"L1 ({hung:g} m, hanging) must be above L2 ({lying:g} m, lying) and below 1.5 L2")
+            raise ValueError(
+                f"L1 ({hung:g} m, hanging) must be more than L2 ({lying:g} m, lying) and less than 1.5 times L2"
+            )
         if not 0.02 <= self.width / lying <= 0.34:
             raise ValueError(
-                f"width ({self.width:g} m) must be 0.02 to 0.34 of L2 ({lying:g} m), so that the strip is slim"
+                f"width ({self.width:g} m) must be from 0.02 to 0.34 times L2 ({lying:g} m), because the "
+                "strip must be narrow"
             )
         return self
 

@@ -114,8 +114,8 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
     density = readings["mass"].value / setup.area
     if not 0.02 <= density <= 5.0:
         raise InputError(
-            f"mass: {readings['mass'].value:g} kg over the garment's {setup.area:.3f} m² is {density:.3g} kg/m², but "
-            "fabrics weigh 0.02 to 5 kg/m²; are mass (kg) and size (m) those of this garment?"
+            f"mass: must give 0.02 to 5 kg/m² as fabrics weigh, given {density:.3g} kg/m² ({readings['mass'].value:g} "
+            f"kg over {setup.area:.3f} m²); check mass [kg] and size [m] of this garment"
         )
     material = setup.base.model_copy(update={"areal_density": density})
     guesses = {

@@ -59,13 +59,13 @@ class ElongationReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if lying > hanging:
             raise ValueError(
-                f"L2 ({lying:g} m, lying) is longer than L1 ({hanging:g} m, hanging), but cloth does not hang shorter "
-                "than it lies; were L1 and L2 swapped, or was the cloth pulled when L2 was read?"
+                f"L2 ({lying:g} m, lying) must be at most L1 ({hanging:g} m, hanging), because cloth becomes "
+                "longer when hung; check that L1 and L2 are not swapped"
             )
         if hanging > 1.5 * lying:
             raise ValueError(
-                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); was the same end read both times, in "
-                "the same unit?"
+                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); check that both are measured "
+                "to the same end and in metres"
             )
         return self
 
@@ -89,8 +89,8 @@ class Elongation(ElasticTest):
         lying = float(np.mean(entry.L2))
         if abs(lying / test.length - 1.0) > 0.25:
             raise InputError(
-                f"elongation: L2 ({lying:g} m) does not fit this garment, which lies {test.length:.2f} m long from the "
-                "grip to its farthest end; check its size and the grasps"
+                f"elongation: L2 ({lying:g} m) must be within 25 % of {test.length:.2f} m, the length of this "
+                "garment from the grasps to its farthest end; check `size` and `grasps`"
             )
         return test
 
@@ -105,8 +105,8 @@ class Elongation(ElasticTest):
         held = [held_vertices(self.garment, grasp) for grasp in self.grasps]
         if len(np.unique(np.concatenate(held))) < sum(map(len, held)):
             raise InputError(
-                "elongation.grasps: must hold different parts of the cloth; move the grasps apart, or give a single "
-                "wider grasp"
+                "elongation.grasps: must hold different parts of the cloth, given overlapping grasps; move "
+                "the grasps apart, or give a single wider grasp"
             )
         return held
 
@@ -203,7 +203,7 @@ def named_edge(garment: Garment, name: str) -> np.ndarray:
         InputError: If the garment has no such edge.
     """
     if name not in garment.edges:
-        raise InputError(f"edge: {garment.name} has {', '.join(garment.edges)}, given {name!r}")
+        raise InputError(f"edge: must be one of {', '.join(garment.edges)}, given {name!r}")
     return garment.edges[name]
 
 
@@ -217,5 +217,5 @@ def longest_edge(garment: Garment) -> str:
     """
     names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
     if not names:
-        raise InputError(f"garment: {garment.name} has no named edges at which it can hang")
+        raise InputError(f"garment: must have a named edge to hang from, given {garment.name} without named edges")
     return max(names, key=lambda name: length(garment.vertices[garment.edges[name]]))

@@ -45,7 +45,10 @@ class FadingReadings(TestEntry):
     def _check(self) -> Self:
         aside = float(np.mean(self.aside))
         if not self.to <= 0.8 * aside:
-            raise ValueError(f"to ({self.to:g} m) must be at most 0.8 of aside ({aside:g} m), so that the swing fades")
+            raise ValueError(
+                f"to ({self.to:g} m) must be at most 0.8 times aside ({aside:g} m), because the swings must "
+                "become smaller"
+            )
         return self
 
 

@@ -51,14 +51,11 @@ class FrictionReadings(TestEntry):
         board = float(np.mean(self.L_t))
         for height in self.H_s:
             if height >= board:
-                raise ValueError(
-                    f"H_s ({height:g} m) must be less than L_t ({board:g} m), because a board cannot be lifted higher "
-                    "than it is long"
-                )
+                raise ValueError(f"H_s ({height:g} m) must be less than L_t ({board:g} m), the length of the board")
         if max(self.H_s) > 0.95 * board:
             raise ValueError(
-                f"H_s ({max(self.H_s):g} m) must give a slope below 70 degrees on a board of {board:g} m; is the cloth "
-                "caught on the board?"
+                f"H_s ({max(self.H_s):g} m) must give a slope below 70 degrees on a board of {board:g} m; "
+                "check that the cloth is not caught on the board"
             )
         return self
 

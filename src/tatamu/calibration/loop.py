@@ -43,8 +43,8 @@ class LoopReadings(TestEntry):
     def _check(self) -> Self:
         if max(self.height) > 0.3:
             raise ValueError(
-                f"height ({max(self.height):g} m) must be at most 0.3 m, as high as a fold of cloth "
-                "stands; is the height in metres?"
+                f"height ({max(self.height):g} m) must be at most 0.3 m, because no fold of cloth stands "
+                "higher; check that the height is in metres"
             )
         return self
 
@@ -71,8 +71,8 @@ class Loop(ElasticTest):
         test = cls(float(np.mean(entry.height)), specimen.base.thickness, specimen.spacing)
         if test.height <= 2.0 * test.thickness:
             raise InputError(
-                f"loop: height ({test.height:g} m) must be more than two layers, {2.0 * test.thickness:g} m: was the "
-                "loop pressed flat, or is the garment's thickness (of one layer) less?"
+                f"loop: height ({test.height:g} m) must be more than two layers of cloth ({2.0 * test.thickness:g} m); "
+                "check that `thickness` is that of one layer"
             )
         return test
 

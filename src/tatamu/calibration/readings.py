@@ -30,7 +30,7 @@ def _readings(value: Any, largest: float, unit: str, smaller: str = "", nothing:
         if each > largest:
             raise ValueError(
                 f"must be in {unit}, at most {largest:g}, given {each:g}"
-                + (f": if the reading is in {smaller}, write {each / 1000:g}" if smaller else "")
+                + (f"; if the reading is in {smaller}, write {each / 1000:g}" if smaller else "")
                 + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
             )
     return tuple(float(each) for each in given)

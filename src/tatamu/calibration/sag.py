@@ -99,9 +99,8 @@ class Sag(ElasticTest):
         least = 1.5  # edge over free length
         if along < least * test.free_length:
             raise InputError(
-                f"sag: edge {entry.edge} is {along:.2f} m long; with a free length of {test.free_length:g} m its ends "
-                f"hang differently from its middle: choose a free length up to {along / least:.2f} m, or a "
-                "longer edge"
+                f"sag: free_length must be at most {along / least:.2f} m for edge {entry.edge}, which is "
+                f"{along / least:.2f} m long, given {test.free_length:g} m; choose a longer edge"
             )
         return test
 

@@ -54,7 +54,7 @@ class SwingReadings(TestEntry):
         for seconds in self.ten_swings:
             if not 3.0 <= seconds <= 40.0:
                 raise ValueError(
-                    f"ten_swings must be from 3 to 40 s for ten swings there and back, given {seconds:g} s"
+                    f"ten_swings must be from 3 to 40 s, the time of ten swings there and back, given {seconds:g} s"
                 )
         return self
 
@@ -77,10 +77,8 @@ class SwungTest(LaterTest):
 
     def __post_init__(self) -> None:
         if self.aside > 0.7 * self.hung.length:
-            raise InputError(
-                f"{self.name}: aside ({self.aside:g} m) must be at most 0.7 of the {self.hung.length:.2f} m that "
-                "the garment hangs down from that edge"
-            )
+            hangs = f"the length that hangs from that edge ({self.hung.length:.2f} m)"
+            raise InputError(f"{self.name}: aside must be at most 0.7 times {hangs}, given {self.aside:g} m")
 
     @classmethod
     def blanks(cls, garment: Garment) -> dict[str, str]:

@@ -53,7 +53,9 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
     def slope(more: float, less: float) -> float:
         known = [(value, step) for value, step in ((less, -step), (here, 0.0), (more, step)) if np.isfinite(value)]
         if len(known) < 2:
-            raise TatamuError("uncertainty: the simulator fails for cloth that is slightly softer or stiffer")
+            raise TatamuError(
+                "uncertainty: cannot be estimated, because the simulation of slightly softer or stiffer cloth fails"
+            )
         (first, low) = known[0]
         (last, high) = known[-1]
         return (last - first) / (high - low)

@@ -169,7 +169,7 @@ def estimate(
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * finest
     if rms > 5e-4 * max(size):
         raise InputError(
-            f"board: its corners deviate by {rms:.1f} pixels from those of a flat board; lay the board flat"
+            f"board: must be flat, but its corners deviate by {rms:.1f} pixels from a flat board; lay the board flat"
         )
     if rms > finest:  # if the errors of corners are larger, the prior counts more
         best = fit(best.x, rms)
@@ -184,7 +184,7 @@ def estimate(
     if lens is not None and away > 6.0:
         shown = max(size) * float(np.exp(best.x[0]))
         raise InputError(
-            f"lens: must be of the photo's camera and zoom, with a focal length of about {shown:.0f} pixels, given "
+            f"lens: must have a focal length of about {shown:.0f} pixels to fit the photo, given "
             f"{lens.focal:.0f}; leave --lens out, or make the file again with `tatamu lens`"
         )
     covariance = np.linalg.pinv(best.jac.T @ best.jac, hermitian=True)
@@ -198,7 +198,7 @@ def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, opti
     points, pixels = pages[0]
     found, turn, shift = cv2.solvePnP(_flat(points), pixels, blank.matrix, blank.distortion, flags=cv2.SOLVEPNP_IPPE)
     if not found:
-        raise InputError("board: its corners cannot be those of a flat board")
+        raise InputError("board: must be flat, but no flat board has its corners at these pixels; lay the board flat")
     first = np.concatenate([optics, turn.ravel(), shift.ravel()])
     camera = _camera(first, size, lens)
     others = [Pose.moving(points, camera.on_table(pixels)) for points, pixels in pages[1:]]

@@ -143,7 +143,7 @@ def locate(
         InputError: If an argument or a file is wrong, the garment is not found, or one of its corners is turned in.
     """
     if board_pose is not None and touched is not None:
-        raise InputError("board-pose, touch: at most one must be given, given both")
+        raise InputError("board-pose, touch: at most one may be given, given both")
     scale = load_scale(board)
     pose = None if board_pose is None else board_pose if isinstance(board_pose, Pose) else Pose(*board_pose)
     if touched is not None:
@@ -263,6 +263,7 @@ def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], lear
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
         raise InputError(
-            f"{path}: the outline has {width:.3f} x {length:.3f} m, but the cloth {size}; lay the cloth flat on a "
-            "table of another colour, or check --size and the board's `bar`"
+            f"{path}: the outline must have the size of the cloth ({size}), given {width:.3f} x "
+            f"{length:.3f} m; check --size and the board's `bar`, or lay the cloth flat on a table of "
+            "another colour"
         )

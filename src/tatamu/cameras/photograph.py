@@ -92,8 +92,8 @@ def _check_focal(lens: Lens | None, focal: float | None, size: tuple[int, int]) 
     own = lens.focal * max(size) / max(lens.width, lens.height)
     if not 1.0 / 1.25 < own / focal < 1.25:
         raise InputError(
-            f"lens: has a focal length of {own:.0f} pixels, but the photo's file states {focal:.0f}: leave --lens out, "
-            "or give the file of the photo's camera and zoom"
+            f"lens: must have about the focal length that the photo's file states ({focal:.0f} pixels), "
+            f"given {own:.0f}; leave --lens out, or give the file of the photo's camera and zoom"
         )
 
 
@@ -157,7 +157,7 @@ def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tup
         sizes.setdefault((pixels.shape[1], pixels.shape[0]), path)
         if len(sizes) > 1:
             first, other = (f"{wide} x {tall}" for wide, tall in sizes)
-            raise InputError(f"{path}: photo: must have {first} pixels as the others have, given {other}")
+            raise InputError(f"{path}: photo: must have {first} pixels like the other photos, given {other}")
         try:
             seen.append(find_pages(_grey(pixels), board)[0])
         except InputError as error:

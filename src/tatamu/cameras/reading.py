@@ -167,7 +167,7 @@ class FoldReader:
         return FoldReading(values, pixels, self._edge, targets, self._frame, self._photograph)
 
     def _drop_doubtful(self, found: dict[str, _Corner]) -> None:
-        """Drop the moved corners' coordinates across the fold if the hem is too wide, so one is of the lower layer."""
+        """Drop the moved corners' coordinates across the fold if the hem is so wide that one is of the lower layer."""
         if "left" not in found or "right" not in found:
             return
         left, right = (self._fold.target[vertex, :2] for vertex in self._hem.values())

@@ -46,7 +46,7 @@ for command in COMMANDS:
 
 @app.command(hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def validate() -> None:
-    """Say what has replaced the command."""
+    """Tell users of this former command what has replaced it."""
     raise InputError("validate: is now `python -m tests.physics` in a checkout of tatamu")
 
 

@@ -17,7 +17,8 @@ def calibrate(
         "native", help="Simulator to calibrate; the material is valid for this simulator only."
     ),
     spacing: float | None = typer.Option(
-        None, help="Mesh spacing of the simulated tests in metres; default: fine enough not to matter."
+        None,
+        help="Mesh spacing of the simulated tests in metres; default: so fine that a finer one would change little.",
     ),
 ) -> None:
     """Find the material with which a simulator reproduces your measurements.

@@ -54,13 +54,13 @@ def check(
     with progress(f"{learned.name} in {simulator}"):
         opinion = run(learned, simulator, material=given, halved=halve)
     page = save(opinion, out or folder / f"check-{simulator}")
-    here = learned.score
-    print(f"{learned.simulator}: {_words(here)}")
+    here, there = learned.simulator, f"{simulator} with half the spacing" if halve else simulator
+    print(f"{here}: {_words(learned.score)}")
     if opinion.score is None:
-        print(f"{simulator}: {opinion.error}")
+        print(f"{there}: {opinion.error}")
     else:
-        print(f"{simulator}: {_words(opinion.score)}; {1e3 * opinion.apart.mean():.1f} mm from {learned.simulator}'s")
-    print(f"the fold {'succeeds' if opinion.holds else 'fails'} in {simulator}: {page}")
+        print(f"{there}: {_words(opinion.score)}; {1e3 * opinion.apart.mean():.1f} mm from {here}'s")
+    print(f"the fold {'succeeds' if opinion.holds else 'fails'} in {there}: {page}")
     return 0 if opinion.holds else 1
 
 

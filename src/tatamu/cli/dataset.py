@@ -21,7 +21,7 @@ def dataset(
     ),
     out: Path = typer.Option(..., metavar="DIR", help="Folder of the dataset."),
     workers: int | None = typer.Option(
-        None, help="Processes that record on this machine; default: one for each processor."
+        None, help="Number of processes that record on this machine; default: one for each processor."
     ),
     scheduler: SchedulerOption = None,
 ) -> None:
@@ -45,7 +45,7 @@ def dataset(
     if workers is not None and not 1 <= workers <= MAX_AT_A_TIME:
         raise InputError(f"--workers: must be from 1 to {MAX_AT_A_TIME}, given {workers}")
     if workers is not None and scheduler is not None:
-        raise InputError("--workers: must be omitted with --scheduler, which has its own workers")
+        raise InputError("--workers: must be left out with --scheduler, which has its own workers")
     wanted = read_specification(specification)
     if scheduler is None and not DatasetFolder(out).is_finished:
         prepare("native")
@@ -64,7 +64,7 @@ def dataset(
 
 def replay(
     folder: Path = typer.Argument(..., metavar="DATASET", help="Folder of a dataset."),
-    episode: int = typer.Argument(..., metavar="EPISODE", help="Number of the episode, from 0."),
+    episode: int = typer.Argument(..., metavar="EPISODE", help="Index of the episode, from 0."),
 ) -> None:
     """Run the actions of an episode in the simulator again, and print how much the result differs.
 
@@ -81,11 +81,11 @@ def replay(
     found = again(folder, episode)
     before = found.recorded.score
     was = "failed" if before is None else f"{1e3 * before.mean_vertex_distance:.2f} mm"
-    print(f"mean distance from the target: {1e3 * found.score.mean_vertex_distance:.2f} mm, recorded {was}")
+    print(f"mean distance from the target: {1e3 * found.score.mean_vertex_distance:.2f} mm now, {was} when recorded")
     yes = {True: "yes", False: "no"}
     print(f"success: {yes[found.success]}, recorded {yes[found.recorded.success]}")
     mean, largest = 1e3 * found.distances.mean(), 1e3 * found.distances.max()
-    print(f"vertices differ by {mean:.3g} mm on average, {largest:.3g} mm at most")
+    print(f"vertices differ from the recording by {mean:.3g} mm on average and by at most {largest:.3g} mm")
 
 
 def _processes(count: int) -> Executor:

@@ -16,10 +16,15 @@ if TYPE_CHECKING:
     from tatamu.garments import Garment
     from tatamu.report.garment import FoldMark
 
-GarmentArgument = Annotated[str, typer.Argument(metavar="GARMENT", help="A name (`tatamu garments`) or a file.")]
+GarmentArgument = Annotated[
+    str, typer.Argument(metavar="GARMENT", help="Name of a garment (see `tatamu garments`), or a garment's file.")
+]
 SizeOption = Annotated[str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.54x0.46.")]
 MaterialOption = Annotated[
-    Path | None, typer.Option(metavar="FILE.toml", help="A material; default: the garment's own fabric.")
+    Path | None,
+    typer.Option(
+        metavar="FILE.toml", help="File of a material, or a preset such as denim; default: the garment's own fabric."
+    ),
 ]
 SpacingOption = Annotated[float | None, typer.Option(help="Mesh spacing in metres.")]
 ScaleOption = Annotated[
@@ -67,7 +72,9 @@ def plans(
         "all of these.",
     ),
     fold: list[str] | None = typer.Option(
-        None, metavar="NAME|FILE.toml", help="Only this plan; may be given several times. auto: the best."
+        None,
+        metavar="NAME|FILE.toml",
+        help="Fold plan to show (repeatable), or auto for the best; default: all that are found.",
     ),
     size: SizeOption = None,
     material: MaterialOption = None,
@@ -95,7 +102,10 @@ def plans(
     if out is not None and out.suffix and out.suffix.lower() not in (".html", ".png", ".toml"):
         raise InputError(f"--out: must be an .html, .png or .toml file or a folder, given {out}")
     if out is not None and out.suffix.lower() == ".toml" and len(fold or ()) > 1:
-        raise InputError(f"--out: must be a page, a picture or a folder for {len(fold or ())} plans, given {out}")
+        raise InputError(
+            f"--out: must be a page, a picture or a folder for {len(fold or ())} plans, given the file of "
+            f"one plan, {out}"
+        )
     made = _made(garment, size, material, spacing, scale)
     found = chosen(made, fold or ())
     print(made.statement)
@@ -107,7 +117,7 @@ def plans(
             hands = "one hand" if step.hands == 1 else "two hands"
             print(f"  {number}. {step.title or 'fold'}: {hands} at {' and '.join(step.grasp)}")
         for number, part in proposal.missed:
-            print(f"  in step {number + 1}, no hand carries {part.text}")
+            print(f"  step {number + 1}: no hand carries {part.text}")
     if out is not None:
         _write(made, found, out)
 

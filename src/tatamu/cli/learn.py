@@ -33,7 +33,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
     if not runs:
         if names_garment:
             return {}
-        raise InputError("GARMENT: must be given, unless --after gives a measured fold")
+        raise InputError("GARMENT: must be given unless --after gives a measured fold")
     from tatamu.after.feedback.known import TRIALS
     from tatamu.report.command import request
     from tatamu.study.result import Result
@@ -47,11 +47,12 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
 @options_from(TaskRequest, argument="garment", defaults=_after)
 def learn(
     options: TaskRequest,
-    out: Path = typer.Option(..., metavar="DIR", help="Folder of the study; an unfinished one is resumed."),
+    out: Path = typer.Option(..., metavar="DIR", help="Folder of the study; an unfinished study is resumed."),
     after: list[Path] | None = typer.Option(
         None,
         metavar="RUN",
-        help="Start from a measured fold and its disturbances, with 20 trials; repeatable for folds of one set-up.",
+        help="Start from a measured fold, with 20 trials and the disturbances that remain; repeatable for "
+        "folds of the same set-up.",
     ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
@@ -105,7 +106,7 @@ def learn(
         asked = task.asked
         if options.size is None and asked is not None and asked.size is not None:
             width, length = asked.size
-            print(f"size: {width:g} x {length:g} m, as measured in {options.material}; --size gives another")
+            print(f"size: {width:g} x {length:g} m, as measured in {options.material}; give --size for another size")
         if task.garment.own:
             print(task.garment.statement)
             for note in task.garment.notes:

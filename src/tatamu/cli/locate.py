@@ -21,9 +21,9 @@ def locate(
     board: BoardOption = None,
     sheet: SheetOption = None,
     run: Path | None = typer.Option(
-        None, metavar="RUN", help="A learned fold; the cloth is compared with its garment."
+        None, metavar="RUN", help="Folder of a learned fold, whose garment is compared with the cloth."
     ),
-    garment: str = typer.Option("towel", help="Garment if no RUN is given: towel, tshirt, trousers or a garment file."),
+    garment: str = typer.Option("towel", help="Garment if no RUN is given: a name such as towel, or a garment's file."),
     size: str | None = typer.Option(
         None, metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison."
     ),
@@ -33,13 +33,16 @@ def locate(
     touch: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y'",
-        help="Places of the board's marks A, B and C, touched by the robot, in its base frame [m]; x,y or x,y,z.",
+        help="Positions of the marks A, B and C of the board in the robot's base frame [m], each x,y or x,y,z, "
+        "as the robot touched them.",
     ),
     lens: LensOption = None,
     corner: CornerOption = None,
-    join: bool = typer.Option(False, "--join", help="All regions that stand out belong to the cloth."),
+    join: bool = typer.Option(
+        False, "--join", help="Take everything that differs from the table as the cloth, not only the largest part."
+    ),
     picture: Path | None = typer.Option(
-        None, metavar="PICTURE", help="Picture of the findings on top of the photo, .png or .jpg."
+        None, metavar="PICTURE", help="Photo with the findings drawn on top, .png or .jpg."
     ),
     from_above: Path | None = typer.Option(
         None, metavar="PICTURE", help="Picture of the table from straight above, .png or .jpg."
@@ -89,10 +92,10 @@ def locate(
         print(f"file: {out}")
     if picture is not None:
         look.write_picture(look.draw_located(found), picture)
-        print(f"look at: {picture}, the outline and the corners on top of the photo")
+        print(f"check {picture}: the outline and the corners, drawn on the photo")
     if from_above is not None:
         look.write_picture(look.from_above(found.photograph, found.fit.place(found.fit.shape.points)), from_above)
-        print(f"look at: {from_above}, the table from straight above")
+        print(f"check {from_above}: the table from straight above")
 
 
 def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
@@ -115,6 +118,6 @@ def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
         if not name or place.shape != (2,) or not (np.abs(place) < 1e6).all():
             raise InputError(f"corner: must be NAME=X,Y in pixels, such as bottom-left=812,1640, given {text!r}")
         if name in found:
-            raise InputError(f"corner: {name} is given twice")
+            raise InputError(f"corner: must name each corner once, given {name} twice")
         found[name] = place
     return found

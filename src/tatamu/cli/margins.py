@@ -19,19 +19,21 @@ if TYPE_CHECKING:
 
 
 def margins(
-    folder: Path = typer.Argument(..., metavar="DIR", help="The folder of a learned fold, or of a plan."),
+    folder: Path = typer.Argument(..., metavar="DIR", help="Folder of a learned fold, or of a plan of several."),
     disturbances: str | None = typer.Option(
         None,
         metavar="default|FILE.toml",
-        help="Uncertainties of hands, cloth and table; default: those of the study, otherwise `default`.",
+        help="Errors of hands, cloth and table; default: those of the study, otherwise `default`.",
     ),
-    draws: int = typer.Option(200, help="Number of draws of all disturbances at once."),
-    seed: int = typer.Option(0, help="Seed of the draws."),
+    draws: int = typer.Option(200, help="Number of scenarios, in each of which all errors are drawn at once."),
+    seed: int = typer.Option(0, help="Seed of the scenarios."),
     simulator: str | None = typer.Option(None, help="native, blender or mujoco; default: the simulator of the study."),
-    distance: float = typer.Option(0.0125, help="Maximum mean vertex distance in metres; the fold fails above."),
-    iou: float = typer.Option(0.80, help="Minimum overlap of the views from above; the fold fails below."),
+    distance: float = typer.Option(0.0125, help="Maximum mean vertex distance in metres, above which the fold fails."),
+    iou: float = typer.Option(
+        0.80, help="Minimum overlap of the views from above (0 to 1), below which the fold fails."
+    ),
     out: Path | None = typer.Option(
-        None, metavar="OUT", help="Output folder; default: DIR/margins, DIR/margins-SIMULATOR."
+        None, metavar="OUT", help="Output folder; default: DIR/margins, or DIR/margins-SIMULATOR with --simulator."
     ),
     scheduler: SchedulerOption = None,
 ) -> None:
@@ -65,7 +67,7 @@ def margins(
     results = ResultFolder(folder)
     steps = results.learned_steps() if results.holds_plan else [results]
     if not steps:
-        raise InputError(f"{folder}: contains a plan, but none of its steps is learned yet")
+        raise InputError(f"{folder}: must contain a learned step, given a plan without any; run `tatamu learn` first")
     if out is not None and len(steps) > 1:
         raise InputError("--out: must be left out for a plan of several steps; give the folder of one step")
     with executor_at(scheduler) as executor:

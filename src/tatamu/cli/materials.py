@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def materials(
     name: str | None = typer.Argument(
-        None, metavar="[NAME]", help="Preset to show with its sources; default: a table of all presets."
+        None, metavar="[NAME]", help="Preset to show with its sources; default: all presets in a table."
     ),
 ) -> None:
     """List the materials ("presets") that come with tatamu, with their sources and ranges.
@@ -41,7 +41,8 @@ def materials(
     for line in _lines([load_preset(each) for each in preset_names()]):
         console.print(line, markup=False)
     console.print(
-        "Presets describe other people's cloth and are a start. `tatamu materials NAME` shows the sources of a preset."
+        "Presets describe other cloth than yours, so treat them as a first guess. `tatamu materials "
+        "NAME` shows the sources of a preset."
     )
 
 
@@ -75,7 +76,10 @@ def described(preset: Preset) -> str:
     """Return all fields of a preset (a material that comes with tatamu) as text, one field per line."""
     from tatamu.show.material import filed_units
 
-    lines = [f"{preset.name}: {preset.preset.title}. A preset: other people's cloth.", preset.preset.note]
+    lines = [
+        f"{preset.name}: {preset.preset.title} (a preset, which describes other cloth than yours)",
+        preset.preset.note,
+    ]
     for name, unit in filed_units().items():
         if name in preset.material.UNSAID and name not in preset.material.model_fields_set:
             continue

@@ -11,14 +11,16 @@ from tatamu.base.errors import InputError
 
 def measure(
     template: str | None = typer.Option(
-        None, metavar="GARMENT", help="Write a file to fill in: towel, tshirt, trousers, ..."
+        None, metavar="GARMENT", help="Garment (towel, tshirt, trousers, ...) for which a file to fill in is written."
     ),
-    out: Path = typer.Option(Path("measurements.toml"), metavar="FILE.toml", help="File of the template."),
-    drape: Path | None = typer.Option(None, metavar="PHOTO", help="Read a photo of a disc over a plate, from above."),
-    disc: float | None = typer.Option(None, help="With --drape: diameter of the cloth in metres."),
+    out: Path = typer.Option(Path("measurements.toml"), metavar="FILE.toml", help="File to fill in."),
+    drape: Path | None = typer.Option(
+        None, metavar="PHOTO", help="Photo from above of a cloth disc that hangs over a plate; its drape is read."
+    ),
+    disc: float | None = typer.Option(None, help="With --drape: diameter of the cloth disc in metres."),
     plate: float | None = typer.Option(None, help="With --drape: diameter of the plate in metres."),
     ruler: str | None = typer.Option(
-        None, metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels, and the metres between them."
+        None, metavar="'X,Y X,Y LENGTH'", help="With --drape: two pixels and the distance between them in metres."
     ),
 ) -> None:
     """Print how to measure a garment, write a file for the readings, or read a photo of a drape.
@@ -44,9 +46,12 @@ def measure(
         return
     content = text(template)
     if out.exists():
-        raise InputError(f"{out}: exists; remove the file, or give another name with --out")
+        raise InputError(f"{out}: must be a new file, given an existing file; give another name with --out")
     write_text(out, content)
-    print(f"{out}: fill in the readings, then `tatamu calibrate {out} --out MATERIAL.toml`; `tatamu measure` says how")
+    print(
+        f"{out}: fill in the readings as `tatamu measure` explains, then run `tatamu calibrate {out} --out "
+        "MATERIAL.toml`"
+    )
 
 
 def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str | None) -> None:
@@ -67,8 +72,7 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     if not 0.0 < coefficient < 1.0:
         raise InputError(
             "drape: the outline must be larger than the plate and smaller than the disc, given "
-            f"{1e4 * outline.area:.0f} cm²; are disc, plate and ruler in metres, and does the photo show nothing but "
-            "cloth and table?"
+            f"{1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres"
         )
     print(f"drape_coefficient = [{coefficient:.3f}]")
     print(f"nodes = [{outline.nodes}]")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 RunArgument = Annotated[
     Path,
-    typer.Argument(metavar="RUN", help="The folder of a learned fold, of a step of a plan, or of a corrected one."),
+    typer.Argument(metavar="RUN", help="Folder of a learned fold, of a step of a plan, or of a corrected fold."),
 ]
 
 
@@ -32,19 +32,22 @@ def observe(
     left: str | None = typer.Option(
         None,
         metavar="A,B",
-        help="How far the left corner of the moved hem lies too far along the fold, and too far to the left [mm].",
+        help="Error of the moved hem's left corner [mm]: how far too far along the fold, and how far too far "
+        "to the left.",
     ),
-    right: str | None = typer.Option(None, metavar="A,B", help="The same for the right corner of the moved hem [mm]."),
-    slip: str | None = typer.Option(None, metavar="A,B", help="Distance that the lower hem has moved [mm]."),
-    deviation: float | None = typer.Option(
-        None, help="Standard deviation of your numbers, in millimetres; default: 1.5."
+    right: str | None = typer.Option(
+        None, metavar="A,B", help="Error of the moved hem's right corner [mm], measured as for --left."
     ),
+    slip: str | None = typer.Option(None, metavar="A,B", help="Distance that the lower hem has slipped [mm]."),
+    deviation: float | None = typer.Option(None, help="Standard deviation of the measurements [mm]; default: 1.5."),
     turned_in: str | None = typer.Option(
-        None, metavar="left|right|both", help="Corners that lie turned in, which need no numbers."
+        None, metavar="left|right|both", help="Corners that are turned in, for which no numbers are needed."
     ),
-    failed: bool = typer.Option(False, "--failed", help="The fold failed so that nothing can be measured."),
-    form: Path | None = typer.Option(None, "--from", metavar="FILE.toml", help="Read the numbers from a form."),
-    photo: Path | None = typer.Option(None, metavar="PHOTO", help="Read the numbers from a photo after the fold."),
+    failed: bool = typer.Option(False, "--failed", help="The fold failed, so that nothing can be measured."),
+    form: Path | None = typer.Option(None, "--from", metavar="FILE.toml", help="Form that contains the numbers."),
+    photo: Path | None = typer.Option(
+        None, metavar="PHOTO", help="Photo after the fold, from which the numbers are read."
+    ),
     board: BoardOption = None,
     sheet: SheetOption = None,
     before: Path | None = typer.Option(
@@ -56,9 +59,9 @@ def observe(
     lens: LensOption = None,
     corner: CornerOption = None,
     picture: Path | None = typer.Option(
-        None, metavar="PICTURE", help="Picture of the readings on top of the photo, .png or .jpg."
+        None, metavar="PICTURE", help="Photo with the readings drawn on top, .png or .jpg."
     ),
-    template: Path | None = typer.Option(None, metavar="FILE.toml", help="Only write an empty form to fill in."),
+    template: Path | None = typer.Option(None, metavar="FILE.toml", help="Only write an empty form, to be filled in."),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
@@ -148,7 +151,7 @@ def observe(
     print(f"posterior: {files.posterior_file}")
     print(f"page: {files.page_file}")
     if not found.correction.is_none:
-        print(f"next: tatamu correct {files.path}")
+        print(f"next: run `tatamu correct {files.path}`")
 
 
 def correct(

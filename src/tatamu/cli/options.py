@@ -20,7 +20,7 @@ SchedulerOption = Annotated[
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Use the workers of a Dask scheduler, tcp://HOST:PORT, or N processes on this machine, local:N.",
+        help="Dask scheduler whose workers to use (tcp://HOST:PORT), or local:N for N processes on this machine.",
     ),
 ]
 StorageOption = Annotated[
@@ -28,7 +28,7 @@ StorageOption = Annotated[
     typer.Option(
         "--storage",
         metavar="URL",
-        help="Keep studies in postgresql://USER@HOST/DB; the password is in PGPASSWORD or ~/.pgpass.",
+        help="Database for studies, postgresql://USER@HOST/DB; the password is read from PGPASSWORD or ~/.pgpass.",
     ),
 ]
 

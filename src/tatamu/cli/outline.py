@@ -10,25 +10,29 @@ from tatamu.base.errors import InputError
 
 
 def outline(
-    photo: Path = typer.Argument(..., metavar="PHOTO", help="Photo from above: hem down, table on all sides."),
+    photo: Path = typer.Argument(
+        ..., metavar="PHOTO", help="Photo from above, with the hem down and table on all sides."
+    ),
     out: Path = typer.Option(..., metavar="OUTLINE.svg", help="File of the outline."),
-    width: float | None = typer.Option(None, help="Maximum width of the garment, in metres."),
+    width: float | None = typer.Option(None, help="Largest width of the garment, in metres."),
     ruler: str | None = typer.Option(
         None, metavar="'X,Y X,Y LENGTH'", help="Two pixels, and their distance in metres."
     ),
     sheet: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y X,Y WxH'",
-        help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and its "
-        "size in metres; removes the perspective.",
+        help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and "
+        "its size in metres, to remove the perspective.",
     ),
     garment: str | None = typer.Option(
         None,
         metavar="NAME",
-        help="tshirt: find its hem, sleeves and neck as well, and write a garment file of two layers.",
+        help="tshirt: also find the hem, sleeves and neck, and write a garment file of two layers.",
     ),
     join: bool = typer.Option(
-        False, "--join", help="Count all regions that stand out as the garment, for a garment in several colours."
+        False,
+        "--join",
+        help="Take everything that differs from the table as the garment, for a garment in several colours.",
     ),
 ) -> None:
     """Find the outline of a garment in a photo, and draw the outline on the photo for you to check.
@@ -59,7 +63,7 @@ def outline(
         raise InputError(f"out: must be an .svg file, given {out}")
     if garment not in (None, "tshirt"):
         raise InputError(
-            f"garment: must be tshirt, given {garment!r}; for another garment, write its openings into a garment file"
+            f"garment: must be tshirt, given {garment!r}; write the openings of another garment into a garment file"
         )
     picture = out.with_name(f"{out.stem}-on-photo.jpg")
     described = [out.with_suffix(".toml")] if garment else []
@@ -70,7 +74,7 @@ def outline(
     try:
         check_size((across, along))
     except InputError as error:
-        raise InputError(f"{error}: were all lengths given in metres?") from None
+        raise InputError(f"{error}; check that all lengths are in metres") from None
     openings = tshirt_openings(curve) if garment else {}
     write_bytes(picture, drawn_over(found, openings))
     write_text(out, outline_svg(curve, openings))
@@ -78,7 +82,7 @@ def outline(
         table = {"name": out.stem[:60], "kind": "tshirt", "outline": out.name, "openings": list(openings)}
         write_text(path, tomli_w.dumps({"garment": table}))
     print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
-    print(f"look at: {picture}, the outline on top of the photo")
+    print(f"check {picture}: the outline, drawn on the photo")
     for path in described:
         advice = "to change the openings, edit the lines of these names in the SVG"
         print(f"garment: {path}, two layers, open at {', '.join(openings)}; {advice}")

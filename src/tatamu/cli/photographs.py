@@ -21,7 +21,7 @@ SheetOption = Annotated[
 LensOption = Annotated[Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")]
 CornerOption = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME=X,Y", help="Pixel of a corner, to correct what was found; may be given again."),
+    typer.Option(metavar="NAME=X,Y", help="Pixel of a corner that was found in the wrong place; repeatable."),
 ]
 
 
@@ -29,7 +29,7 @@ def board(
     out: Path = typer.Option(..., metavar="BOARD.pdf", help="File to print; BOARD.toml is written beside it."),
     paper: str = typer.Option("a4", help="a4 or letter."),
     pages: int = typer.Option(
-        1, help="Pages, 1 to 8. A second page on the other side of the cloth makes up for an unknown lens."
+        1, help="Number of pages, 1 to 8. If the lens is unknown, put a second page on the other side of the cloth."
     ),
 ) -> None:
     """Make a board to print. The board lies next to the cloth in photographs, and gives their scale.
@@ -54,9 +54,12 @@ def board(
     write_board(made, described, out)
     width, height = 1e3 * made.size
     count = "1 page" if pages == 1 else f"{pages} pages"
-    print(f"board: {out}, {count} of {paper}, a pattern of {width:.0f} x {height:.0f} mm")
-    print(f"print the board at 100 %: squares are {1e3 * SQUARE:.0f} mm wide, the scale bar is {1e3 * BAR:.0f} mm long")
-    print(f"file: {described}, for --board; if the printed bar has another length, correct `bar` in this file")
+    print(f"board: {out}, {count} of {paper}, with a pattern of {width:.0f} x {height:.0f} mm")
+    print(
+        f"print the board at 100 %: squares must be {1e3 * SQUARE:.0f} mm wide and the scale bar "
+        f"{1e3 * BAR:.0f} mm long"
+    )
+    print(f"file: {described}, for --board; if the printed scale bar is shorter or longer, correct `bar` in this file")
 
 
 def lens(
@@ -82,7 +85,7 @@ def lens(
     found, rms = calibrate_lens(seen, size)
     write_lens(found, out)
     print(f"lens: {out}, focal length {found.focal:.0f} pixels of {found.width} x {found.height}")
-    print(f"corners deviate from the lens by {rms:.2f} pixels in {len(seen)} photos")
+    print(f"corners deviate from the fitted lens by {rms:.2f} pixels in {len(seen)} photos")
 
 
 def scale_of(board: Path | None, sheet: str | None) -> Path | str:

@@ -31,7 +31,7 @@ def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str |
     else:
         apart, metres = float(np.ptp(photo.outline[:, 0])), width or 0.0
     if not apart > 0.0:
-        raise InputError("ruler: must have two different pixels")
+        raise InputError("ruler: must be two different pixels and a length, given one pixel twice")
     if not 0.0 < metres < np.inf:
         raise InputError(f"{'width' if ruler is None else 'ruler'}: must be a length above zero, given {metres:g} m")
     return np.diag([metres / apart, metres / apart, 1.0])

@@ -21,22 +21,25 @@ def plan(
         None,
         metavar="NAME|FILE.toml,..",
         help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, so101-pair, aloha2, openarm, or a "
-        ".toml that describes a robot; default: the robot for which the fold was learned, otherwise hironx. With "
-        "several robots, separated by commas, the command says which can do the fold, and writes PLAN/ROBOT.",
+        ".toml file that describes a robot; default: the robot for which the fold was learned, otherwise "
+        "hironx. For robots separated by commas, the command says which of them can do the fold, and "
+        "writes PLAN/ROBOT.",
     ),
     table_height: float | None = typer.Option(
         None, help="Height of the table top in the robot's base frame [m]; default: found by search."
     ),
     place: str = typer.Option(
-        "auto", metavar="auto|X,Y,YAW", help="Place of the fold's frame in the base [m, m, rad]."
+        "auto",
+        metavar="auto|X,Y,YAW",
+        help="Pose of the fold's frame in the robot's base frame [m, m, rad]; auto: found by search.",
     ),
     speed_scale: float = typer.Option(
-        1.0, min=0.05, max=1.0, help="Factor of the motion's speed, which also scales the waits."
+        1.0, min=0.05, max=1.0, help="Speed as a fraction of the planned speed; the waits become longer, too."
     ),
     hover: float = typer.Option(
         0.0,
         metavar="METRES",
-        help="Height above the table at which the hands only rehearse the motion, with open jaws [m].",
+        help="Trial run with open jaws: height of the hands above the table [m], at which nothing is folded.",
     ),
     lerobot: Path | None = typer.Option(
         None, metavar="DIR", help="Also write the motion as a LeRobotDataset of one episode, for lerobot-replay."
@@ -75,7 +78,7 @@ def plan(
     robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
     outs = {name: out if len(chosen) == 1 else out / loaded.name for name, loaded in robots.items()}
     if len(set(outs.values())) < len(outs):
-        raise InputError("--robot: must be different names, given one name twice")
+        raise InputError("--robot: must be different names, given a name twice")
     for path in outs.values():
         check_out(path)
     own = load(learned_for).name if learned_for is not None else None
@@ -112,7 +115,7 @@ def plan(
 def _print(result: RobotPlan, out: Path, hover: float, *, with_checks: bool) -> None:
     from tatamu.robots.checks import in_words
 
-    print(f"{out}: {result.motion.times[-1]:.1f} s long; the fold lies at {result.task.hovering(0.0).placement}")
+    print(f"{out}: {result.motion.times[-1]:.1f} s long, with the fold at {result.task.hovering(0.0).placement}")
     if hover:
         print(f"  the hands move {1e3 * hover:.0f} mm above the cloth with open jaws, so nothing is folded")
     for name, check in result.checks.items() if with_checks else ():

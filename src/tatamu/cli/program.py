@@ -45,7 +45,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
         warnings.simplefilter("ignore")  # users cannot act on warnings of libraries; `python -W` shows them
     threads = os.environ.get("NUMBA_NUM_THREADS", "1")
     if not (threads.isdecimal() and int(threads) > 0):  # numba would end with a traceback when it is imported
-        _stop(name, f"NUMBA_NUM_THREADS: must be a number of threads from 1, given {threads!r}", 2)
+        _stop(name, f"NUMBA_NUM_THREADS: must be a whole number of 1 or more, given {threads!r}", 2)
     try:
         sys.argv[1:] = _without_former(name, sys.argv[1:])
         code = app(standalone_mode=False)

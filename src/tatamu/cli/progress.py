@@ -129,7 +129,7 @@ class LearningDisplay:
 
     def _interrupt(self, number: int, frame: object) -> None:
         signal.signal(signal.SIGINT, self._before)
-        self.say("interrupted: the best fold so far is written; Ctrl-C again ends at once")
+        self.say("interrupted: writing the best fold so far; press Ctrl-C again to end at once")
         raise KeyboardInterrupt
 
     def show(self, now: Progress) -> None:

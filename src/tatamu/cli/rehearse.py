@@ -15,7 +15,10 @@ def rehearse(
         "mujoco", help="Simulator of the cloth: native, blender, mujoco, or `none` for no cloth."
     ),
     halvings: int | None = typer.Option(
-        None, min=0, max=3, help="Number of times that the mesh's edges are halved; default: as the simulator needs."
+        None,
+        min=0,
+        max=3,
+        help="How often the edges of the cloth's mesh are halved; default: as often as the simulator needs.",
     ),
     film: bool = typer.Option(True, help="Also write an animated GIF."),
 ) -> None:
@@ -44,9 +47,9 @@ def rehearse(
         height = 1e3 * planned.plan.hover
         print(f"no cloth is simulated, because the plan moves {height:.0f} mm above the cloth with open jaws")
         simulator = "none"
-    with progress("the robot moves"):
+    with progress("rehearsing the robot's motion"):
         result = rehearsed(planned)
-    with progress(f"the cloth in {simulator}, once with the robot's hands and once with ideal hands"):
+    with progress(f"simulating the cloth in {simulator}, with the robot's hands and with hands without a robot"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
         print(f"warning: no cloth is simulated, because {result.planned.fold.scene_file} does not exist")

@@ -36,7 +36,9 @@ def simulate(
         print(f"warning: {warning}")
 
 
-def install(what: str = typer.Argument(..., metavar="WHAT", help="What to install: blender.")) -> None:
+def install(
+    what: str = typer.Argument(..., metavar="WHAT", help="What to install; only blender can be installed."),
+) -> None:
     """Install Blender (about 1 GB) in a folder where tatamu finds it, for the option `--simulator blender`.
 
     Example: `tatamu install blender`

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 def sweep(
     file: Path = typer.Argument(..., metavar="SWEEP.toml", help="File of the tasks, a grid or a list."),
     out: Path = typer.Option(
-        ..., metavar="DIR", help="Folder of the sweep: a result folder for each task, and their comparison."
+        ..., metavar="DIR", help="Folder of the sweep, with a result folder for each task and a comparison."
     ),
     at_a_time: int | None = typer.Option(
-        None, help="Tasks at a time; default: 1, or enough to keep the workers of --scheduler busy."
+        None, help="Number of tasks at a time; default: 1, or enough to keep the workers of --scheduler busy."
     ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tatamu.base.errors import InputError, UnavailableError
+from tatamu.base.extras import lacking
 
 if TYPE_CHECKING:
     import distributed
@@ -109,7 +110,7 @@ def _configure() -> None:
         dask.config.set(SETTINGS)
         import distributed  # noqa: F401
     except ImportError:
-        raise InputError("--scheduler: needs Dask: pip install 'tatamu[cluster]'") from None
+        raise lacking("dask", "cluster", "--scheduler") from None
 
 
 def _check_certificates(address: str) -> None:
@@ -119,7 +120,9 @@ def _check_certificates(address: str) -> None:
     for field in CERTIFICATES:
         given = dask.config.get(field, None)
         if given is None:
-            raise InputError(f"--scheduler: {address}: needs certificates, and Dask's configuration has no {field}")
+            raise InputError(
+                f"--scheduler: {address}: must have certificates, but Dask's configuration does not contain {field}"
+            )
         if not Path(given).is_file():
             raise InputError(f"--scheduler: {address}: {field} of Dask's configuration must be a file, given {given}")
 

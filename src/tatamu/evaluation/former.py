@@ -27,7 +27,7 @@ def Disturbed(inner: Nominal, disturbances: Disturbances, *_: Any, **__: Any) ->
 
 def CoarseFirst(inner: Evaluator, *_: Any, **__: Any) -> Evaluator:
     """Return `inner`."""
-    _warn("CoarseFirst", "there is one mesh; use the evaluator within")
+    _warn("CoarseFirst", "use the evaluator that CoarseFirst wraps, because there is only one mesh")
     return inner
 
 
@@ -44,5 +44,5 @@ def TwoFidelitySearch(
     first: Sequence[Parameters] = (),
 ) -> Search:
     """Return the search of one mesh."""
-    _warn("TwoFidelitySearch", "there is one mesh; use GPSearch")
+    _warn("TwoFidelitySearch", "use GPSearch, because there is only one mesh")
     return make(space, seed, first)

@@ -58,7 +58,8 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
         if other:
             shown = ", ".join(f'"{name}"' for name in other)
             lines.append(
-                f"{_step(plan, number)}grasp = [{shown}] in a plan file carries this part (docs/reference/fold-plan.md)"
+                f"{_step(plan, number)}to carry this part, write grasp = [{shown}] in a plan file "
+                "(docs/reference/fold-plan.md)"
             )
     try:
         best = choices(garment)[0]

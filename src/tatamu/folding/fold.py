@@ -161,7 +161,7 @@ def fold_of(
     layout = Layout(garment, state, plan.line(step, garment))
     across, _ = layout.split()
     if not (across.min() < 0 < across.max()):
-        raise InputError(f"line: the fold line of step {step.title or step.line} does not cross the garment")
+        raise InputError(f"line: must cross the garment, given the line of step {step.title or step.line}")
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > -across.min():
         raise InputError(

@@ -43,8 +43,7 @@ def candidates(layout: Layout, grasp: tuple[str, ...], hands: int) -> tuple[np.n
     if not count:
         names = [farthest_edge(layout) if name == AUTO else name for name in grasp]
         raise InputError(
-            f"hands: two hands {clearance:g} m apart do not fit on {' and '.join(names)}; give hands = 1 in this step "
-            "of a plan file, or --hands 1"
+            f"hands: must have room for two hands {clearance:g} m apart on {' and '.join(names)}; give --hands 1"
         )
     return left[:count], right[:count]
 
@@ -59,7 +58,7 @@ def farthest_edge(layout: Layout) -> str:
     """Return the name of the edge on the moving side whose mean distance from the fold line is largest."""
     far = distances(layout)
     if not far:
-        raise InputError("fold: no edge of the garment lies on the moving side of the fold line")
+        raise InputError("fold: the moving side must contain an edge of the garment to grasp, given none")
     return max(far, key=lambda name: far[name])
 
 
@@ -70,7 +69,7 @@ def _edge(layout: Layout, name: str) -> np.ndarray:
         raise InputError(f"grasp: must be one of {', '.join(layout.garment.edges)} or {AUTO}, given {name!r}")
     moving = _moving(layout, name)
     if not len(moving):
-        raise InputError(f"grasp: no part of the edge {name!r} lies on the moving side of the fold line")
+        raise InputError(f"grasp: must have a part on the moving side of the fold line, given {name!r}")
     return moving
 
 

@@ -77,7 +77,7 @@ class ArmPath(OpenRecord):
     @classmethod
     def _four(cls, points: np.ndarray | None) -> np.ndarray | None:
         if points is not None and len(points) != 4:
-            raise ValueError(f"must be four points P0..P3, given {len(points)}")
+            raise ValueError(f"must be the four control points P0 to P3, given {len(points)}")
         return points
 
     @property
@@ -123,7 +123,7 @@ class ManipulationFile(OpenRecord):
     def _check(self) -> Self:
         names = [arm.name for arm in self.arms]
         if len(set(names)) < len(names):
-            raise ValueError(f"arms must be one left and one right hand, given {' and '.join(names)}")
+            raise ValueError(f"arms must be at most one left and one right arm, given {' and '.join(names)}")
         return self
 
     @property
@@ -236,7 +236,8 @@ class Manipulation:
             distance = np.inf if points is None else float(np.linalg.norm(points - wanted, axis=1).max(initial=0.0))
             if not distance <= 2e-3:
                 raise InputError(
-                    f"via_points.{name}: must lie on the hand's curve at their times, given {1e3 * distance:.1f} mm off"
+                    f"via_points.{name}: must lie on the path of the hand, given points {1e3 * distance:.1f} mm "
+                    "beside the path"
                 )
 
     def save(self, path: Path | str) -> None:
@@ -257,7 +258,7 @@ class Manipulation:
         found = []
         for hand in self.hands:
             if hand.control_points is None:
-                raise ValueError("the paths of this manipulation are polylines")
+                raise ValueError("curves: must be read from Bezier paths, given polylines")
             found.append(Bezier(hand.position + hand.control_points + self._up))
         return tuple(found)
 
@@ -363,7 +364,7 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
     known = [(hand, hand.control_points) for hand in manipulation.hands]
     curved = [(hand, points) for hand, points in known if points is not None]
     if len(curved) < len(known) or len(shifts) < len(known):
-        raise InputError(f"shift: must be one correction for each of {len(known)} hands, given {len(shifts)}")
+        raise InputError(f"shift: must have one correction for each of {len(known)} hands, given {len(shifts)}")
     if all(shift.is_none for shift in shifts):
         return manipulation
     hands = []

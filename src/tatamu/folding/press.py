@@ -80,7 +80,8 @@ class Press(Record):
         gap = float(self.gap or 0.0)
         if not gap >= stack - 1e-9:
             raise InputError(
-                f"press.gap: must be at least the {1e3 * stack:.3g} mm that the layers take, given {1e3 * gap:.3g} mm"
+                f"press.gap: must be at least {1e3 * stack:.3g} mm, the thickness of all layers, given "
+                f"{1e3 * gap:.3g} mm"
             )
         return gap
 

@@ -53,7 +53,10 @@ def propose(garment: Garment) -> list[Proposal]:
         if (folded := _folded(garment, tuple(folds), known))
     ]
     if not found:
-        raise InputError(f"fold: no plan is found for {garment.name}; write a plan file (docs/reference/fold-plan.md)")
+        raise InputError(
+            f"fold: must be given for {garment.name}, because no plan is found; write a plan file "
+            "(docs/reference/fold-plan.md)"
+        )
     return sorted(
         found, key=lambda each: (bool(each.missed), each.short)
     )  # The sort is stable, so equally good proposals keep their order.
@@ -140,7 +143,7 @@ def _folded_once(garment: Garment, before: _Folded, fold: _Fold) -> _Folded:
     flap = float(-layout.split()[0].min())
     crease = float(crease_of(garment, garment.material.thickness).arc[-1])
     if flap < crease:
-        raise InputError("fold: the side that moves is narrower than a crease")
+        raise InputError("fold: the moving side must be wider than a crease")
     grasp, hands = grasp_for(layout)
     step["grasp"] = grasp[0] if len(grasp) == 1 else list(grasp)
     if hands == 1:

@@ -147,9 +147,9 @@ def check_parameters(parameters: Mapping[str, float], candidates: int) -> None:
         if not isinstance(value, int | float | np.integer | np.floating) or not isfinite(value):
             raise InputError(f"{name}: must be a finite number, given {value!r}")
         if name.startswith("z") and value < 0.0:
-            raise InputError(f"{name}: must be a height of 0 or more [m], given {value:g}")
+            raise InputError(f"{name}: must be a height of at least 0 m, given {value:g}")
         if name.startswith("g") and not 0 <= value <= candidates:
-            raise InputError(f"{name}: must be a grasp from 0 to {candidates - 1}, given {value:g}")
+            raise InputError(f"{name}: must be the index of a grasp, 0 to {candidates - 1}, given {value:g}")
 
 
 def make_task(
@@ -257,7 +257,7 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: {name} is out of reach of {reach.robot} in {len(refusals)} of {len(refusals)} typical folds; the "
+        f"robot: must reach {name}, but {reach.robot} reaches 0 of {len(refusals)} typical folds; the "
         f"first: {refusals[0]}"
     )
 

@@ -79,11 +79,14 @@ def make_garment(
     if size is None and file is not None:
         size = measured_size(file, name)
     if fabric is not None and not fabric.bending_rigidity > 0.0:
-        raise InputError("material.bending_rigidity: must be above 0, given 0, because a fold has no size otherwise")
+        raise InputError(
+            "material.bending_rigidity: must be above 0, because the radius of a crease depends on the "
+            "rigidity, given 0"
+        )
     if name in GARMENTS:
         if scale is not None:
             raise InputError(
-                f"scale: must be given with the file of a garment, given {scale:g} for {name}; use --size instead"
+                f"scale: must be left out for the built-in garment {name}, given {scale:g}; give --size instead"
             )
         given = {"size": size, "material": fabric, "spacing": spacing}
         made = GARMENTS[name](**{key: value for key, value in given.items() if value is not None})

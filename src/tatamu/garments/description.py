@@ -84,13 +84,16 @@ class GarmentFile(BaseModel):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if (self.outline is None) == (self.mesh is None):
-            raise ValueError("must have either outline or mesh, a file name")
+            raise ValueError("must have either outline or mesh, each the name of a file")
         if self.fabric is not None and self.fabric not in preset_names():
             raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
         if self.mesh is not None and (self.layers, self.openings, self.holes) != (None, None, None):
-            raise ValueError("layers, openings and holes must be left out for a mesh, which contains them")
+            raise ValueError(
+                "layers, openings and holes must be left out for a mesh, which has layers, openings and "
+                "holes of its own"
+            )
         if self.outline is not None and (self.weld or self.remesh):
-            raise ValueError("weld and remesh must be given with a mesh only")
+            raise ValueError("weld and remesh must be left out for an outline")
         if self.outline is not None and self.up in ("z", "-z"):
             raise ValueError(f"up must be x, -x, y or -y for an outline, given {self.up!r}")
         return self

@@ -63,7 +63,7 @@ def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     if depth >= 100:
         raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
     if count > most:
-        raise InputError(f"outline: must have at most {most} elements and numbers of paths; simplify the drawing")
+        raise InputError(f"outline: must have at most {most} elements and coordinates of paths; simplify the drawing")
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
@@ -73,7 +73,7 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
         InputError: If a coordinate is not finite or exceeds `MAX_COORDINATE`, or the curve has too many points.
     """
     if not (np.abs(points) < MAX_COORDINATE).all():
-        raise InputError(f"outline: must have coordinates that are finite and at most {MAX_COORDINATE:g}")
+        raise InputError(f"outline: must have finite coordinates of at most {MAX_COORDINATE:g}")
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
@@ -122,7 +122,9 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
         overlaps += len(near)
         # each pair takes time
         if overlaps > 100_000:
-            raise InputError("outline: must have closed curves inside or beside one another, given too many that cross")
+            raise InputError(
+                "outline: must have closed curves that do not cross one another, given too many that cross"
+            )
         around = next((other for other in near if _surrounds(regions[other], own)), number)
         groups.setdefault(around, []).append(number)
     return list(groups.values())

@@ -114,7 +114,7 @@ def _unit(entities: list[Any], code: int) -> Unit:
     try:
         metres = float(conversion_factor(InsertUnits(code), InsertUnits.Meters))
     except (ValueError, TypeError):
-        raise InputError(f"its unit ($INSUNITS {code}) has no size in metres; give scale") from None
+        raise InputError(f"$INSUNITS: must be a unit of length, given {code}; give scale") from None
     near = next((name for scale, name in NAMES.items() if abs(scale / metres - 1.0) < 1e-6), None)
     return Unit(metres, near or InsertUnits(code).name.lower(), f"DXF, $INSUNITS {code}")
 
@@ -146,9 +146,7 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < MAX_COORDINATE).all():
-        raise InputError(
-            f"outline: must have coordinates that are finite and at most {MAX_COORDINATE:g}, given others in a {kind}"
-        )
+        raise InputError(f"outline: must have finite coordinates of at most {MAX_COORDINATE:g} in a {kind}")
     if drawn is None:
         return corners
     if len(corners) > MAX_PARTS:
@@ -198,7 +196,7 @@ def _pattern_piece(name: str, layers: Layers) -> Piece | None:
     cut, sewn = _closed(layers, BOUNDARY), _closed(layers, SEW)
     if not cut:
         return None
-    remarks = ("along its sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
+    remarks = ("cut along the sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
     holes = [replace(hole, name="") for hole in _closed(layers, CUT_OUT)]
     grain = _longest(layers, GRAIN)
     along = np.zeros(2) if grain is None else grain[1] - grain[0]

@@ -72,8 +72,8 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     outline = Outline(renamed, lines, holes)
     if around.symmetric_difference(outline.polygon).area > 0.02 * outline.polygon.area:
         raise InputError(
-            "remesh: front and back must have the same outline except at their openings, but the outlines differ by "
-            "more than 2 %"
+            "remesh: front and back must have the same outline except at their openings, given outlines "
+            "that differ by more than 2 %"
         )
     openings = [f"back {name}" if name in behind else name for name in garment.openings]
     made = front_and_back(garment.name, outline, openings, garment.material, spacing)
@@ -117,7 +117,7 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
         # more area than they cover: they lie on each other
         if len(triangles) and shapely.area(triangles).sum() > 1.01 * shapely.union_all(triangles).area:
             raise InputError(
-                f"mesh: must lie flat in one or two layers, but triangles that face {name} lie on each other"
+                f"mesh: must lie flat in one or two layers, given triangles that face {name} on top of one another"
             )
 
 

@@ -135,7 +135,9 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
             f"given {spacing:g} m"
         )
     if area / spacing**2 > 0.8 * MAX_VERTICES:
-        raise InputError(f"spacing: {spacing:g} m makes more than {MAX_VERTICES} vertices; give a larger spacing")
+        raise InputError(
+            f"spacing: must make at most {MAX_VERTICES} vertices, given {spacing:g} m; give a larger spacing"
+        )
 
 
 def largest_spacing(size: tuple[float, float]) -> float:

@@ -55,7 +55,7 @@ class _Glb:
 
     def __init__(self, data: bytes) -> None:
         if data[:4] != b"glTF" or int.from_bytes(data[4:8], "little") != 2:
-            raise ValueError("the file has no header of binary glTF 2")
+            raise ValueError("the file does not begin with the header of binary glTF 2")
         chunks: dict[int, bytes] = {}
         place = 12
         while place + 8 <= len(data):
@@ -69,7 +69,7 @@ class _Glb:
             if not str(name).startswith(HARMLESS):
                 compressed = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
                 how = "without compression" if name in compressed else "without this extension"
-                raise InputError(f"mesh: needs {name}, which cannot be read; export the file {how}")
+                raise InputError(f"mesh: must not use {name}, which cannot be read; export the file {how}")
         self.nodes: list[dict[str, Any]] = self.header.get("nodes", [])
         if len(self.nodes) > 10_000:
             raise InputError(f"mesh: must have at most 10000 nodes, given {len(self.nodes)}")
@@ -94,7 +94,7 @@ class _Glb:
         while waiting:
             number, outer = waiting.pop()
             if number in placed:
-                raise ValueError(f"its node {number} has two parents")
+                raise ValueError(f"node {number} has two parents")
             placed[number] = outer @ _transform(self.nodes[number])
             waiting += [(child, placed[number]) for child in self.nodes[number].get("children", ())]
         return dict(sorted(placed.items()))
@@ -102,7 +102,7 @@ class _Glb:
     def _part(self, primitive: Mapping[str, Any], mesh: Mapping[str, Any], number: int) -> TriangleMesh:
         given, node, matrix = primitive["attributes"], self.nodes[number], self.placed[number]
         if DRACO in primitive.get("extensions", ()) and "bufferView" not in self.header["accessors"][given["POSITION"]]:
-            raise InputError(f"mesh: needs {DRACO}, which cannot be read; export the file without compression")
+            raise InputError(f"mesh: must not use {DRACO}, which cannot be read; export the file without compression")
         vertices = self.values(given["POSITION"]).astype(float)
         weights = node.get("weights", mesh.get("weights", ()))
         for weight, target in zip(weights, primitive.get("targets", ()), strict=False):
@@ -111,7 +111,7 @@ class _Glb:
         indices = self.values(primitive["indices"])[:, 0] if "indices" in primitive else np.arange(len(vertices))
         faces = _triangles(indices.astype(np.int64), primitive.get("mode", TRIANGLES))
         if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < len(vertices):
-            raise ValueError(f"its primitive uses vertex {faces.max()} of {len(vertices)}")
+            raise ValueError(f"a primitive uses vertex {faces.max()} of {len(vertices)}")
         uv = None
         if "TEXCOORD_0" in given:
             uv = (self.values(given["TEXCOORD_0"]) * [1.0, -1.0] + [0.0, 1.0])[faces]  # v points down in glTF
@@ -166,13 +166,13 @@ class _Glb:
         view, offset = self.header["bufferViews"][of["bufferView"]], of.get("byteOffset", 0)
         if "uri" in self.header["buffers"][view["buffer"]]:
             raise InputError(
-                "mesh: must contain its own vertices, given vertices in another file; export a single .glb file"
+                "mesh: must contain all vertices, given vertices in another file; export a single .glb file"
             )
         start, size = view.get("byteOffset", 0), width * kind.itemsize
         stride = view.get("byteStride", size)
         last = start + offset + stride * (count - 1) + size
         if min(start, offset, count - 1) < 0 or stride < size or last > len(self.binary):
-            raise ValueError("the file is cut short")
+            raise ValueError("the file ends too early")
         return np.ndarray((count, width), kind, self.binary, start + offset, (stride, kind.itemsize))
 
 

@@ -51,15 +51,15 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
         if not found:
             raise InputError(
-                f"garment: must be a T-shirt, hem down, with sleeves apart from the body, but no {what} is found; or "
-                "name the openings in a garment file"
+                f"garment: must be a T-shirt with the hem down and sleeves apart from the body, but no {what} is "
+                "found; take another photo, or name the openings in a garment file"
             )
     under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
     sleeves = [_sleeve_end(outline, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]
     sizes = [float(np.linalg.norm(outline[a] - outline[b])) for a, b in sleeves]
     if max(sizes) > 2.0 * min(sizes):
         raise InputError(
-            f"garment: the ends of its sleeves must be about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m"
+            f"garment: must have sleeves whose ends are about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m"
         )
     hem = [max(pocket.ends.tolist(), key=lambda end: float(outline[end, 1])) for pocket in under]
     ends = {"hem": (hem[0], hem[1]), "left_sleeve": sleeves[0], "right_sleeve": sleeves[1], "neck": (neck[0], neck[1])}
@@ -120,7 +120,7 @@ def _by_x(ends: np.ndarray, points: np.ndarray) -> tuple[int, int]:
 
 
 def _sleeve_end(points: np.ndarray, underarm: int, neck: int) -> tuple[int, int]:
-    """Return the indices of the ends of a sleeve's opening: the side farthest from between underarm and neck."""
+    """Return the indices of the ends of a sleeve's opening, the side farthest from the middle of underarm and neck."""
     way = _shorter_way(points, underarm, neck)
     tolerance = 0.02 * float(np.ptp(points[:, 0]))
     corners = shapely.get_coordinates(shapely.simplify(shapely.LineString(points[way]), tolerance))

@@ -31,7 +31,7 @@ def read_mesh(path: Path) -> TriangleMesh:
     """
     kind = path.suffix.lower()
     if kind not in READERS:
-        raise InputError(f"mesh: must be one of {', '.join(READERS)}")
+        raise InputError(f"mesh: must be a file of type {', '.join(READERS)}")
     data = read_bytes(path, 64 * MIB)
     with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
         mesh = READERS[kind](data)
@@ -139,7 +139,7 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
         if (a, b) in inner:
             continue
         if a in following:
-            raise InputError(f"mesh: must touch itself only along edges, given the single vertex {a}")
+            raise InputError(f"mesh: must have parts that touch along edges only, given parts that touch at vertex {a}")
         following[a] = b
     loops = []
     while following:

@@ -54,12 +54,12 @@ def parse_obj(data: bytes) -> TriangleMesh:
     for number, line in enumerate(text.replace("\\\n", " ").replace("\\\r\n", " ").splitlines(), start=1):
         try:
             if len(line) > 100_000:
-                raise ValueError(f"a line must have at most 100000 characters, given {len(line)}")
+                raise ValueError(f"lines must have at most 100000 characters, given {len(line)}")
             reader.take(line.split("#", 1)[0].split())
         except (ValueError, IndexError, OverflowError) as error:
             shown = line.strip()[:40]
             reason = f": {error}" if str(error) and not isinstance(error, IndexError) else ""
-            raise ValueError(f"line {number}, {shown!r}, is no OBJ{reason}") from None
+            raise ValueError(f"line {number} is not a line of an OBJ file: {shown!r}{reason}") from None
     return reader.mesh()
 
 
@@ -123,7 +123,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
     """
     count = len(corners)
     if not 3 <= count <= 2_000:
-        raise ValueError(f"a face must have from 3 to 2000 corners, given {count}")
+        raise ValueError(f"faces must have from 3 to 2000 corners, given {count}")
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
     if count == 3:
         return fan

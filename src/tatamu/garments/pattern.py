@@ -37,7 +37,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     """Make the garment of an SVG or DXF file."""
     reader = READERS.get(source.suffix.lower())
     if reader is None:
-        raise InputError(f"outline: must be one of {', '.join(READERS)}")
+        raise InputError(f"outline: must be a file of type {', '.join(READERS)}")
     drawing = reader(source)
     unit = drawing.unit.scaled(given.scale)
     piece = chosen(drawing, given.piece, unit.metres)
@@ -59,13 +59,13 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     else:
         garment = one_layer(given.name, outline, material, given.spacing)
         hint = "give openings under [garment] for a front and a back, or layers = 1"
-        notes += [f"one layer, as no opening is named: {hint}"] if given.layers is None else []
+        notes += [f"one layer, because no opening is named: {hint}"] if given.layers is None else []
     if piece.grain is not None and not given.grain:  # the piece is not turned, but the warp follows the grain line
         garment = replace(garment, fibre=np.array([[*(turn @ piece.grain), 0.0]]))
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if paths:
         holes = counted([shapely.Polygon(garment.unstrained[path, :2]) for path in paths], "hole")
-        notes.append(f"{holes}, where closed curves lie inside the outline (holes = false leaves them out)")
+        notes.append(f"{holes}, where closed curves lie inside the outline; holes = false leaves the holes out")
     return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
 
 
@@ -129,7 +129,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, holes: bool
     notes = [*piece.remarks, *inside]
     notes += ["unfolded along its mirror line (layer 6)"] if piece.fold is not None else []
     if openings is None:
-        notes += [f"{name}: does not lie along the outline, so is not an opening" for name in stray[:5]]
+        notes += [f"{name}: is not an opening, because the curve does not lie along the outline" for name in stray[:5]]
         notes += [f"{len(stray) - 5} more named curves do not lie along the outline"] if len(stray) > 5 else []
     return Cut(Outline(sides, holes=cut_out), open_sides, tuple(notes))
 
@@ -155,8 +155,8 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"the drawing has two outlines at most {apart:.0f} mm apart; the inner one is taken for a seam, and the "
-            "garment is cut along it (holes = true makes it a hole)"
+            f"the drawing has two outlines at most {apart:.0f} mm apart; the garment is cut along the "
+            "inner one, which is taken for the seam (holes = true makes a hole instead)"
         )
         outer, inner = inner[0], inner[1:]
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
@@ -164,7 +164,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
             notes.append(f"left out: {counted(inner[~is_hole], 'closed curve')} along or across the inner line")
         inner = inner[is_hole]
     if holes is False and len(inner):
-        notes.append(f"left out: {counted(inner, 'closed curve')} inside the outline (holes = false)")
+        notes.append(f"left out because of holes = false: {counted(inner, 'closed curve')} inside the outline")
         inner = inner[:0]
     region = outer.difference(shapely.union_all(inner)) if len(inner) else outer
     if not isinstance(region, shapely.Polygon):
@@ -191,7 +191,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray) -> shapely.Polygon:
     wider = shapely.union_all([part.buffer(SMOOTH, join_style="mitre") for part in halves])
     both = wider.buffer(-SMOOTH, join_style="mitre")
     if not isinstance(both, shapely.Polygon) or both.area < 1.5 * half.area:
-        raise InputError("outline: its mirror line (layer 6) must be a side of the piece")
+        raise InputError("outline: must have the mirror line (layer 6) along a side of the piece")
     return both
 
 

@@ -19,6 +19,7 @@ from scipy.ndimage import binary_closing, binary_erosion, binary_fill_holes, bin
 from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import lacking
 from tatamu.garments.picture import read_picture
 from tatamu.garments.robust import robust_fit
 
@@ -59,7 +60,8 @@ def stand_out(
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or not MIN_AREA < sizes.max() / mask.size < 0.9 or np.median(away[mask]) < FAINTEST:
         raise InputError(
-            f"{path}: photo: no garment stands out from a plain table; give more contrast or crop the photo"
+            f"{path}: photo: must show a garment that stands out from a plain table, given none; give "
+            "more contrast or crop the photo"
         )
     order = 1 + np.argsort(-sizes, kind="stable")
     # smaller regions are ignored
@@ -167,7 +169,7 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
         InputError: If scikit-image is missing, the file is not a picture, or no garment differs from a plain table.
     """
     if find_spec("skimage") is None:
-        raise InputError("photos need the package scikit-image, which is not installed: pip install 'tatamu[photo]'")
+        raise lacking("scikit-image", "photo", "photos")
     picture = read_picture(path)
     pixels = picture.pixels
     reduced = reduction(pixels)
@@ -241,11 +243,11 @@ def homography(corners: np.ndarray, width: float, height: float) -> np.ndarray:
     try:
         matrix = np.append(np.linalg.solve(np.array(rows), wanted.ravel()), 1.0).reshape(3, 3)
     except np.linalg.LinAlgError:
-        raise InputError("sheet: its four corners must not lie on a line") from None
+        raise InputError("sheet: must have corners that do not lie on one line") from None
     sides = np.roll(corners, -1, axis=0) - corners
     turns = sides[:, 0] * np.roll(sides[:, 1], -1) - sides[:, 1] * np.roll(sides[:, 0], -1)
     if not (turns > 0.0).all():
-        raise InputError("sheet: its corners must be top left, top right, bottom right, bottom left")
+        raise InputError("sheet: must have the corners in the order top left, top right, bottom right, bottom left")
     return matrix
 
 
@@ -257,7 +259,10 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
     if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
-        raise InputError("sheet: its corners must give a plane on which the whole garment lies; give other corners")
+        raise InputError(
+            "sheet: must have corners that put the whole garment on the table, given a garment beyond "
+            "the horizon; give other corners"
+        )
     return np.asarray(moved[:, :2] / moved[:, 2:])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import lacking
 from tatamu.base.files import MIB, foreign, read_bytes
 
 MAX_PICTURE = 256 * MIB
@@ -101,7 +102,9 @@ def _opened(data: bytes, path: Path) -> Any:
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
         command = f"`heif-convert {path.name} {path.stem}.png`"
         hint = f"; save it as JPEG or PNG, for example with {command}" if phone else ""
-        raise InputError(f"{path}: is not a picture that can be read here{hint}") from None
+        raise InputError(
+            f"{path}: must be a picture in JPEG, PNG, WEBP, BMP, TIFF or GIF, given another file{hint}"
+        ) from None
 
 
 def _tiff_size(data: bytes) -> tuple[int, int]:
@@ -117,7 +120,7 @@ def _tiff_size(data: bytes) -> tuple[int, int]:
 def _decoded(data: bytes) -> np.ndarray:
     """Return a picture with more than 8 bits as red, green, blue, shape (h, w, channels)."""
     if find_spec("cv2") is None:
-        raise InputError("photo: has more than 8 bits for each colour, which needs OpenCV: pip install 'tatamu[photo]'")
+        raise lacking("opencv-python-headless", "photo", "photos with more than 8 bits for each colour")
     import cv2
 
     log: Any = cv2.utils.logging
@@ -127,7 +130,7 @@ def _decoded(data: bytes) -> np.ndarray:
     finally:
         log.setLogLevel(before)
     if found is None:
-        raise ValueError("its pixel format is not supported; save it as an 8-bit PNG in grey or RGB")
+        raise ValueError("the pixel format is not supported; save the picture as an 8-bit PNG in grey or RGB")
     found = found.reshape(*found.shape[:2], -1)
     return found[..., [2, 1, 0, *range(3, found.shape[2])]] if found.shape[2] >= 3 else found
 

@@ -57,7 +57,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
         try:
             if element.name == "vertex":
                 if element.has_lists:
-                    raise ValueError("its element vertex has lists")
+                    raise ValueError("element vertex has lists")
                 names = [each.name for each in element.properties]
                 vertices = body.table(element)[:, [names.index(axis) for axis in "xyz"]]
             elif element.name == "face":
@@ -68,7 +68,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
                 body.table(element)
         except IndexError:
             stated = f"its header states {element.count} of element {element.name}"
-            raise ValueError(f"the file is cut short: {stated}") from None
+            raise ValueError(f"the file ends too early: {stated}") from None
     for number, corners in enumerate(polygons):
         if any(not 0 <= corner < len(vertices) for corner in corners):
             raise ValueError(f"face {number} uses vertices beyond 0 to {len(vertices) - 1}")
@@ -81,7 +81,7 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
     head, mark, body = data.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii", "replace").splitlines()]
     if not mark or not lines or lines[0] != ["ply"]:
-        raise ValueError("the file has no header of a PLY file")
+        raise ValueError("the file does not begin with the header of a PLY file")
     stated = ""
     elements: list[_Element] = []
     for words in lines[1:]:
@@ -97,9 +97,9 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
             case ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise ValueError(f"its header has the line {' '.join(words)[:40]!r}")
+                raise ValueError(f"the header has the unknown line {' '.join(words)[:40]!r}")
     if not stated:
-        raise ValueError("its header states no format")
+        raise ValueError("the header does not state a format")
     for element in elements:
         most = MAX_TRIANGLES if element.name == "face" else MAX_VERTICES
         if element.count > most:

@@ -87,8 +87,8 @@ def _meshed(
             return panel(outline, spacing), spacing, notes
         spacing *= 0.75
     raise InputError(
-        "outline: has parts that are too narrow or too close together for a mesh; give a spacing in metres, "
-        "or a simpler outline"
+        "outline: must have parts that are wide enough and far enough apart for a mesh; give a "
+        "spacing in metres, or a simpler outline"
     )
 
 

@@ -49,7 +49,7 @@ def _check_entities(text: str) -> None:
     """Refuse an SVG file whose XML entities would expand to too much text."""
     entities = dict(re.findall(r"<!ENTITY\s+([^\s%]+)\s+[\"']([^\"']*)[\"']", text))
     if any("&" in value for value in entities.values()) or re.search(r"<!ENTITY\s+%", text):
-        raise InputError("outline: must have XML entities without other entities inside")
+        raise InputError("outline: must not have XML entities that contain other entities")
     used = Counter(re.findall(r"&([^\s&;]+);", text)) if entities else Counter()
     if sum(len(value) * used[name] for name, value in entities.items()) > MAX_DRAWING:
         raise InputError(f"outline: must have XML entities of at most {MAX_DRAWING / MIB:.0f} MiB in total")
@@ -106,5 +106,5 @@ def _scale(scales: list[float], fitting: str) -> float:
         return scales[0]
     if fitting.strip().startswith("none"):
         stretched = "must not be stretched (preserveAspectRatio none)"
-        raise InputError(f"outline: {stretched}, because its width does not give the scale of its height")
+        raise InputError(f"outline: {stretched}, because width and height then have different scales")
     return max(scales) if "slice" in fitting else min(scales)

@@ -108,7 +108,7 @@ def visible_shapes(root: Element, page: Page | None) -> tuple[list[Shape], list[
     drawing = _Drawing(root)
     shapes = drawing.children(root, _Place(np.eye(2, 3) * [[1], [-1]], page))
     kept = [shape for shape in shapes if page is None or not _is_background(shape, page)]
-    notes = [f"cut by {' and '.join(sorted(drawing.cut))}, as the drawing shows"] if drawing.cut else []
+    notes = [f"cut by {' and '.join(sorted(drawing.cut))} of the drawing"] if drawing.cut else []
     if len(kept) < len(shapes) and any(curve.closed for shape in kept for curve in shape.curves):
         return kept, [*notes, "a white rectangle of the page's size left out"]
     return shapes, notes
@@ -164,7 +164,9 @@ class _Drawing:
             return self.children(element, place)
         reference = element.get("href") or element.get("{http://www.w3.org/1999/xlink}href") or ""
         if not reference.startswith("#"):
-            raise InputError(f"outline: uses a part of another file ({reference[:60]}); put this part into the drawing")
+            raise InputError(
+                f"outline: must not use parts of another file, given {reference[:60]}; put this part into the drawing"
+            )
         target = self.named.get(reference[1:])
         if target is None:
             return []
@@ -201,7 +203,9 @@ class _Drawing:
         """Return shapes as far as a clip path or a mask shows them."""
         found = re.fullmatch(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""", given)
         if not found:
-            raise InputError(f"outline: has a {name} that is not supported ({given[:60]}); cut the outline itself")
+            raise InputError(
+                f"outline: must not have a {name} of this kind, given {given[:60]}; cut the outline itself"
+            )
         element = self.named.get(found[1])
         if element is None or not shapes:  # without its target, a reference has no effect
             return shapes
@@ -213,9 +217,7 @@ class _Drawing:
         shown = self.children(element, _transformed(replace(place, style={}), style))
         opaque = style.get("mask-type") == "alpha"
         if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shown):
-            raise InputError(
-                "outline: has a mask that is not plain white; cut the outline itself, and release the mask"
-            )
+            raise InputError("outline: must only have plain white masks; cut the outline itself, and release the mask")
         region = shapely.union_all([_inside(shape) for shape in shown])
         if style.get("clip-path", "none") != "none":
             inner = replace(place, within=(*place.within, element))
@@ -286,7 +288,7 @@ def _transformed(place: _Place, style: Mapping[str, str]) -> _Place:
     if text.strip() in ("", "none"):
         return place
     if style.get("transform-origin", "0").split() not in (["0"], ["0", "0"], ["0px", "0px"], ["top", "left"]):
-        raise InputError("outline: has a transform-origin, which is not supported; apply the transforms in the drawing")
+        raise InputError("outline: must not have a transform-origin; apply the transforms in the drawing")
     matrix = svgelements.Matrix(text)
     if place.page is not None:
         matrix.render(ppi=96, width=place.page.width, height=place.page.height)
@@ -313,7 +315,9 @@ def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
     if found[2] != "%":
         return float(found[1]) * UNITS[found[2].lower()].pixels
     if place.page is None:
-        raise InputError(f"outline: {name} is {text[:40]} of a page without a size; give the drawing a viewBox")
+        raise InputError(
+            f"outline: {name} must be a length if the page has no size, given {text[:40]}; give the drawing a viewBox"
+        )
     width, height = place.page.width, place.page.height
     whole = float(np.hypot(width, height) / np.sqrt(2.0))  # a percentage of `r` is one of the root mean square
     if name != "r":
@@ -344,7 +348,7 @@ def _curves(tag: str, style: Mapping[str, str], place: _Place) -> tuple[DrawnCur
         try:
             made = svgelements.Path(text)
         except Exception:
-            raise InputError(f"outline: has a path that cannot be read, {text[:40]!r}") from None
+            raise InputError(f"outline: must have paths that can be read, given {text[:40]!r}") from None
     else:
         shape = getattr(svgelements, "SimpleLine" if tag == "line" else tag.capitalize())
         made = shape({**lengths, "points": style.get("points", "")})
@@ -392,7 +396,9 @@ def _cut_curve(curve: DrawnCurve, region: Any, wider: Any) -> list[DrawnCurve]:
         return [curve]
     if curve.closed:
         if not loop.is_valid:
-            raise InputError("outline: has a clip path across a curve that crosses itself; cut the outline itself")
+            raise InputError(
+                "outline: must not have a clip path across a curve that crosses itself; cut the outline itself"
+            )
         found = shapely.get_parts(loop.intersection(region))
         parts = [part for part in found if isinstance(part, shapely.Polygon) and not part.is_empty]
         rings = [ring.coords for part in parts for ring in (part.exterior, *part.interiors)]

@@ -69,7 +69,7 @@ class LeRobotWriter:
         if any(feature.is_video for feature in features.values()):
             check_codec()
         if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
-            raise InputError(f"{self.root}: exists; give another folder")
+            raise InputError(f"{self.root}: must be a new folder, given an existing one; give another folder")
         self._building = sibling(self.root)
         self._tasks: dict[str, int] = {}
         self._rows: list[dict[str, Any]] = []

@@ -140,7 +140,7 @@ def _about_search(result: ResultRecord) -> list[str]:
         if result.disturbances is not None:
             help_by = "C weighs the distance too little here; try a finer mesh (--spacing)"
         distance = 1e3 * other.score.mean_vertex_distance
-        lines.append(f"trial {other.number} succeeds ({distance:.1f} mm) with a longer path: {help_by}")
+        lines.append(f"trial {other.number} succeeds ({distance:.1f} mm), although its path is longer: {help_by}")
     lines += [
         f"the fixed trajectory {each.label!r} succeeds: {1e3 * each.score.mean_vertex_distance:.1f} mm"
         for each in result.baselines

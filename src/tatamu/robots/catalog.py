@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import beside
 from tatamu.robots.arm import Arm
 from tatamu.robots.description import ArmDescription, Description, disturbances_of, model_of, read_description
 from tatamu.robots.extras import needed, quiet
@@ -44,11 +45,13 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
         InputError: If no robot has this name, or the description is wrong.
     """
     if name not in NAMES and not name.endswith(".toml"):
-        raise InputError(f"robot: must be {', '.join(NAMES)}, or a .toml file that describes a robot, given {name!r}")
+        raise InputError(
+            f"robot: must be one of {', '.join(NAMES)}, or a .toml file that describes a robot, given {name!r}"
+        )
     if name not in KAWADA and (wrist_offset is not None or fingertip is not None):
         raise InputError(
-            "wrist offset, fingertip: must be given with hironx or nextage only; other robots have both lengths in "
-            "their .toml"
+            "wrist offset, fingertip: must be left out unless the robot is hironx or nextage; write both "
+            "lengths into the .toml of another robot"
         )
     if name not in NAMES:
         return described(Path(name))
@@ -110,7 +113,7 @@ def _assembled(
     models = {name: model_of(path, description, name) for name in description.models}
     read = [path, *(file for model in models.values() for file in model.files)]
     if isinstance(description.disturbances, str):
-        read.append(path.parent / description.disturbances)
+        read.append(beside(path, description.disturbances))
     pair = description.model is None
     if description.model is not None:
         description = _with_lengths(description, models[description.model].spec, wrist_offset, fingertip)

@@ -91,12 +91,14 @@ class ArmDescription(Record):
         count = len(self.joints)
         if count < 5:
             raise ValueError(
-                f"joints must be at least 5, given {count}: three move the hand and two keep the jaw across the hem at "
-                "its tilt; an arm with fewer cannot"
+                "joints must be at least 5 (three for the position of the hand, two for the direction of the "
+                f"jaws), given {count}"
             )
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != count:
-                raise ValueError(f"{name} must have one value for each of {count} joints")
+                raise ValueError(
+                    f"{name} must have one value for each of {count} joints, given {len(getattr(self, name))}"
+                )
         for name in ("ros.joints", "lerobot.joints", "lerobot.zero", "lerobot.sign"):
             given = attrgetter(name)(self)
             if given is not None and len(given) != count:
@@ -107,7 +109,7 @@ class ArmDescription(Record):
             if name not in self.joints:
                 raise ValueError(f"faster_than_model must name joints of this arm, given {name!r}")
         if min(*self.speed, *self.acceleration) < 1e-3:
-            raise ValueError("speed and acceleration must be at least 0.001")
+            raise ValueError("speed and acceleration must each be at least 0.001")
         return self
 
 
@@ -163,7 +165,7 @@ class Description(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.table_heights[0] > self.table_heights[1]:
-            raise ValueError("table_heights must be the lower height, then the higher")
+            raise ValueError(f"table_heights must be the lower height, then the higher, given {self.table_heights}")
         alone = [arm.model is not None for arm in (self.larm, self.rarm)]
         if self.model is None and not all(alone):
             raise ValueError("must have a model for the whole robot, or a model in each arm")
@@ -174,9 +176,11 @@ class Description(Record):
                 "base must be 'world' for a pair of single arms, because each arm's mount says where the arm stands"
             )
         if self.model is None and self.standing:
-            raise ValueError("standing must be given in each arm's table, because the arms are single")
+            raise ValueError("standing must be given in each arm's table for a pair of single arms")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
-            raise ValueError("standing must be given above the first table, because one model is the whole robot")
+            raise ValueError(
+                "standing must be given above the first table, because one model describes the whole robot"
+            )
         if self.model is None and self.trunk is not None:
             raise ValueError("trunk must be left out for a pair of single arms")
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}
@@ -221,5 +225,5 @@ def model_of(path: Path, description: Description, model: str) -> ModelFile:
     """
     file = beside(path, model)
     if not file.is_file():
-        raise InputError(f"{path}: model: there is no file {file}")
+        raise InputError(f"{path}: model: must be an existing file, given {file}")
     return read_model(file, {name: beside(path, folder) for name, folder in description.packages.items()})

@@ -198,7 +198,8 @@ class _Store:
         formats = (".stl", ".obj", ".msh", *converted)
         if suffix not in formats:
             raise InputError(
-                f"{self._path}: mesh {file}: must be one of {', '.join(formats)}; convert the file without scaling"
+                f"{self._path}: mesh {file}: must be a file of type {', '.join(formats)}; convert the file "
+                "without scaling"
             )
         content = self._read(file)
         # MuJoCo reads neither PLY nor OFF, and of the two .stl formats only the binary one.
@@ -225,7 +226,7 @@ class _Store:
     def _read(self, file: Path) -> bytes:
         file = Path(os.path.normpath(file))
         if not file.is_file():
-            raise InputError(f"{self._path}: there is no file {file}")
+            raise InputError(f"{self._path}: must name existing files, given {file}")
         content = read_bytes(file, MAX_FILE)
         self.files.append(file)
         return content

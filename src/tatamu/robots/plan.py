@@ -157,8 +157,8 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
         return _worked_out(plan.task.hovering(height), pace, plan.reach)
     except Refused as error:
         raise InputError(
-            f"hover: the fold is possible at {plan.task.placement}, but not {height:g} m above: {error}; "
-            "give a lower height, or another place"
+            f"hover: must be a height at which the fold is possible, given {height:g} m at "
+            f"{plan.task.placement}: {error}; give a lower height, or another place"
         ) from None
 
 

@@ -214,10 +214,10 @@ class Planned:
         table = folder / "joint_trajectory.csv"
         times, angles = _table(table, plan.joints)
         if times[-1] < max((event.time for event in plan.events), default=0.0):
-            raise InputError(f"{table}: ends at {times[-1]:.2f} s, before the last event of plan.json")
+            raise InputError(f"{table}: must reach the last event of plan.json, given {times[-1]:.2f} s")
         planned = cls(folder, plan, times, angles)
         if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in planned.arms):
-            raise InputError(f"{path}: events: must let each arm close before it opens")
+            raise InputError(f"{path}: events: each arm must close before it opens")
         return planned
 
     @property

@@ -130,7 +130,9 @@ def rehearsed_scene(rehearsal: Rehearsal, learned: Scene) -> Scene:
     hands = grippers_by_hand(learned)
     arms = rehearsal.planned.arms
     if len(hands) != len(arms):
-        raise InputError(f"scene.json: grippers: must be one for each of {len(arms)} folding arms, given {len(hands)}")
+        raise InputError(
+            f"scene.json: grippers: must have one item for each of {len(arms)} folding arms, given {len(hands)}"
+        )
     grippers: list[Gripper] = []
     bodies: list[Body] = []
     for number, (arm, name, hand) in enumerate(zip(arms, HANDS, hands, strict=False)):

@@ -151,7 +151,7 @@ def _stage(planned: Planned, mujoco: Any) -> Any:
         missing = [] if spec.body(planned.plan.base_frame) else [planned.plan.base_frame]
         missing += [f"{arm}_tool" for arm in planned.arms if spec.site(f"{arm}_tool") is None]
         if missing:
-            raise ValueError(f"the model has no {missing[0]}")
+            raise ValueError(f"the model does not contain {missing[0]}")
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         model = spec.compile()
         moved = (*planned.plan.joints, *_others(model, planned))

@@ -93,13 +93,14 @@ def summary(figures: dict[str, Any]) -> list[str]:
     lines = [
         f"{figures['robot']}: {figures['simulated_seconds']:.1f} s rehearsed, {figures['real_time_factor']:.1f} times "
         "faster than real time",
-        f"joints follow within {1e3 * error:.2f} mrad ({joint}), tools within "
+        f"joints follow the plan within {1e3 * error:.2f} mrad ({joint}), tools within "
         f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
     if figures["tool_error"] > AS_PLANNED:
         lines.append(f"warning: the tools deviate from the plan by more than {1e3 * AS_PLANNED:g} mm")
     lines += [
-        f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s, {1e3 * contact['depth']:.1f} mm"
+        f"warning: {' and '.join(contact['links'])} touch at {contact['first']:.2f} s and overlap by "
+        f"{1e3 * contact['depth']:.1f} mm"
         for contact in figures["contacts"]
     ] or ["no forbidden contact between links"]
     return lines + ([] if figures["fold"] is None else _fold_summary(figures["fold"]))
@@ -113,11 +114,11 @@ def halved(often: int) -> str:
 def _fold_summary(fold: dict[str, Any]) -> list[str]:
     mesh = f", edges {halved(fold['halvings'])}" if fold["halvings"] else ""
     lines = [
-        f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): "
-        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm on average from the same fold with floating hands"
+        f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): on average "
+        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm away from the same fold by hands without a robot"
     ]
     if fold["mean_vertex_distance"] is not None and not fold["scores"]:
-        lines.append(f"mean distance from the wanted shape: {1e3 * fold['mean_vertex_distance']:.1f} mm")
+        lines.append(f"mean distance from the target: {1e3 * fold['mean_vertex_distance']:.1f} mm")
     if fold["unscored"]:
         lines.append(f"not scored: {fold['unscored']}")
     if fold["scores"]:

@@ -69,11 +69,14 @@ def _wrong(robot: Robot, prefixes: dict[str, str]) -> Iterator[str]:
             directions = min(len(arm.joints), FULL_JOINTS)
             yield (
                 f"{arm.name}.joints: must move and turn the tool in {directions} directions, given fewer (the minimum "
-                f"singular value of the Jacobian is {best:.1e}); add joints that do not repeat one another"
+                f"singular value of the Jacobian is {best:.1e}); add a joint with another axis"
             )
     for arm in robot.arms:
         if not Clearance(robot, ("to the table",), arm.name).pairs:
-            yield f"{arm.name}: the model has no collision shapes, between which distances are measured"
+            yield (
+                f"{arm.name}: must have collision shapes in the model, because distances are measured between these "
+                "shapes"
+            )
 
 
 def check_kinematics(robot: Robot) -> None:
@@ -96,8 +99,8 @@ def check_kinematics(robot: Robot) -> None:
             error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
             if not error.max() <= 1e-6:  # [m, and entries of the rotation]
                 raise InputError(
-                    f"robot {robot.name}: {arm.name}: the two computations of the tool's position differ by "
-                    f"{1e3 * error[:3, 3].max():.3g} mm: this model cannot be planned with"
+                    f"robot {robot.name}: {arm.name}: the tool must be at the same position in the plan and in "
+                    f"MuJoCo, given {1e3 * error[:3, 3].max():.3g} mm between both; give another model"
                 )
 
 
@@ -120,7 +123,7 @@ def _wrong_names(robot: Robot) -> Iterator[str]:
 
     def unknown(field: str, kind: str, *names: str) -> Iterator[str]:
         lacking = (name for name in names if getattr(robot.spec, kind)(name) is None)
-        return (f"{field}: the model has no {kind} {name!r}" for name in lacking)
+        return (f"{field}: must name a {kind} of the model, given {name!r}" for name in lacking)
 
     for arm in robot.arms:
         yield from unknown(f"{arm.name}.link", "body", arm.link)
@@ -131,11 +134,11 @@ def _wrong_names(robot: Robot) -> Iterator[str]:
     for joint in robot.standing:
         yield from unknown("standing", "joint", joint)
         if joint in robot.joints:
-            yield f"standing: {joint} must be outside the arms, given a joint of an arm"
+            yield f"standing: must contain joints outside the arms only, given {joint}"
     for arm in robot.arms:
         for joint in arm.jaw.fingers:
             if robot.spec.joint(joint) is None or joint in robot.joints:
-                yield f"{arm.name}.jaw.fingers: the model has no joint {joint!r} outside the arms"
+                yield f"{arm.name}.jaw.fingers: must be joints of the model outside the arms, given {joint!r}"
         yield from unknown(f"{arm.name}.jaw.links", "body", *arm.jaw.links)
     if robot.base != "world":
         yield from unknown("base", "body", robot.base)
@@ -160,8 +163,8 @@ def _wrong_joints(model: Any) -> Iterator[str]:
         word = words.get(int(joint.type[0]))
         if word is not None:
             yield (
-                f"model: the {word} joint {joint.name} of body {model.body(joint.bodyid[0]).name!r} cannot be planned "
-                "with: every joint must be a hinge or a slide; fix the body to its parent, or remove it from the model"
+                f"model: every joint must be a hinge or a slide, given the {word} joint {joint.name} of body "
+                f"{model.body(joint.bodyid[0]).name!r}; fix the body to its parent, or remove it from the model"
             )
 
 
@@ -173,9 +176,9 @@ def _wrong_arm(robot: Robot, arm: Arm, prefix: str) -> Iterator[str]:
     for name, angle, joint in zip(own, arm.initial, map(model.joint, arm.joints), strict=True):
         low, high = joint.range
         if joint.type[0] != hinge:
-            yield f"{where} {name} is a slide; every joint of an arm must be a hinge"
+            yield f"{where} must be hinges, given the slide {name}"
         if not joint.limited[0]:
-            yield f"{where} {name} must have a range in the model, given none"
+            yield f"{where} must each have a range in the model, given {name} without a range"
         if not low <= angle <= high:
             yield f"{arm.name}.initial: {joint.name} must be from {low:.4g} to {high:.4g} rad, given {angle:.4g}"
     for name, positions in arm.jaw.fingers.items():
@@ -187,10 +190,10 @@ def _wrong_arm(robot: Robot, arm: Arm, prefix: str) -> Iterator[str]:
     on_the_way = [str(model.joint(number).name).removeprefix(prefix) for number in above]
     for name in own:
         if name not in on_the_way:
-            yield f"{where} {name} does not move {arm.link.removeprefix(prefix)}"
+            yield f"{where} must move {arm.link.removeprefix(prefix)}, given {name}, which does not"
     ordered = [name for name in on_the_way if name in own]
     if own != ordered:
-        yield f"{where} must go from the base outwards: {', '.join(ordered)}"
+        yield f"{where} must be in the order from the base to the hand: {', '.join(ordered)}"
 
 
 def _wrong_base(robot: Robot) -> Iterator[str]:
@@ -198,10 +201,10 @@ def _wrong_base(robot: Robot) -> Iterator[str]:
     for number in joints_above(robot.model, robot.model.body(robot.base).id):
         joint = robot.model.joint(number).name
         if joint in robot.joints:
-            yield f"base: must not move, but {joint} moves {robot.base}"
+            yield f"base: must not move, given {robot.base}, which {joint} moves"
     tilt = np.degrees(np.arccos(np.clip(robot.at_rest().body(robot.base).xmat[8], -1, 1)))
     if not tilt < 1e-3:
-        yield f"base: z of {robot.base} must point up, but deviates by {tilt:.3g} deg"
+        yield f"base: z of {robot.base} must point up, given {tilt:.3g} degrees from the vertical"
 
 
 def _broken_equalities(robot: Robot) -> Iterator[str]:
@@ -217,8 +220,8 @@ def _broken_equalities(robot: Robot) -> Iterator[str]:
     broken = [_equality(model, int(number)) for number in np.flatnonzero(worst > 1e-3)]  # [m, rad]
     if broken:
         yield (
-            f"a plan would break constraints of the model by up to {worst.max():.3g}: {', '.join(broken)}; joints of "
-            "an arm must move independently, and other joints must be where the model allows"
+            f"model: equality constraints must hold in all poses of the arms, given deviations of up to "
+            f"{worst.max():.3g}: {', '.join(broken)}; remove these constraints, or the joints that violate them"
         )
 
 

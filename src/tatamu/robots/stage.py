@@ -120,7 +120,7 @@ def load_stage(folder: Path) -> Any:
     """
     path = folder / MODEL
     if not path.is_file():
-        raise InputError(f"{path}: there is no such file; plan again")
+        raise InputError(f"{path}: must exist; run `tatamu plan` again")
     try:
         return read_stage(path)
     except ValueError as error:

@@ -50,9 +50,12 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
         InputError: If the file is xacro, or a field is wrong.
     """
     if any(element.tag.startswith(XACRO) for element in root.iter()):
-        raise InputError(f"{path}: is xacro, from which URDF is made: run `xacro {path.name} > robot.urdf`")
+        raise InputError(f"{path}: must be a URDF, given xacro; run `xacro {path.name} > robot.urdf`")
     if root.find("link") is None:
-        raise InputError(f"{path}: has no link; if xacro made it, run xacro on the file that calls the macros instead")
+        raise InputError(
+            f"{path}: must have a link, given none; if xacro made this file, run xacro on the file that "
+            "calls the macros"
+        )
     folder, strip = "", False  # to which mesh names are relative, and whether the paths in them are ignored
     for compiler in root.iterfind("mujoco/compiler"):
         folder = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", folder))
@@ -106,7 +109,7 @@ def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
             if folder.is_dir():
                 tried.append(folder / path)
     if tried:
-        raise InputError(f"{urdf}: {uri}: there is no file {tried[0]}")
+        raise InputError(f"{urdf}: {uri}: must be an existing file, given {tried[0]}")
     raise InputError(
         f"{urdf}: {uri}: no folder {name} stands above this file or in ROS_PACKAGE_PATH; "
         f'write packages = {{ {name} = "FOLDER" }} in the description, before its first table'
@@ -177,8 +180,8 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
         return ""
     if narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, given {low:g} "
-            f"to {high:g}; correct safety_controller, or remove it"
+            f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, "
+            f"given {low:g} to {high:g}; correct or remove safety_controller"
         )
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")

@@ -71,7 +71,7 @@ class Space:
     def check(self, parameters: Mapping[str, Any]) -> None:
         """Raise an InputError that names the parameter which is missing, unknown, or outside its bounds."""
         if wrong := next(iter(set(parameters) ^ set(self.bounds)), None):
-            raise InputError(f"parameters: must be {', '.join(self.bounds)}; {wrong} is missing or unknown")
+            raise InputError(f"parameters: must be {', '.join(self.bounds)}, but {wrong} is missing or unknown")
         for name, each in self.bounds.items():
             each.check(name, parameters[name])
 

@@ -25,7 +25,7 @@ NOTHING = "–"
 
 
 def factor(unit: str) -> float:
-    """Return the factor from a value in files to its value in a unit for readers."""
+    """Return the factor that converts a value in files to a unit for readers."""
     return UNITS[unit][0] if unit in UNITS else 1.0
 
 

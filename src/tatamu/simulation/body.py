@@ -48,7 +48,7 @@ def check_knots(times: list[float], **rows: np.ndarray | None) -> None:
             raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
     for field, values in rows.items():
         if values is not None and len(values) != len(times):
-            raise ValueError(f"{field} must be one for each of {len(times)} times, given {len(values)}")
+            raise ValueError(f"{field} must have one item for each of {len(times)} times, given {len(values)}")
 
 
 Quaternions = Annotated[np.ndarray, BeforeValidator(_quaternions), PlainSerializer(lambda array: array.tolist())]

@@ -104,7 +104,9 @@ class Material(OpenRecord, extra="forbid"):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.orthotropic_membrane and self.compression < 1.0:
-            raise ValueError("compression must be 1 where shear_stiffness or stretch_stiffness_weft is given")
+            raise ValueError(
+                f"compression must be 1 if shear_stiffness or stretch_stiffness_weft is given, given {self.compression}"
+            )
         if self.bending_rigidity_initial is not None and not self.bending_rigidity_initial > self.bending_rigidity:
             raise ValueError(
                 f"bending_rigidity_initial must be more than bending_rigidity ({self.bending_rigidity:g} N m), "
@@ -219,5 +221,5 @@ def load_material(path: Path) -> Material:
         raise InputError(f"material: must be a .toml file or one of {', '.join(preset_names())}, given {str(path)!r}")
     value = read_toml(path)
     if not isinstance(value.get("material"), dict):
-        raise InputError(f"{path}: material: Field required, a table [material] with areal_density, ..")
+        raise InputError(f"{path}: material: must be a table [material] with areal_density and others, given none")
     return validated(Material, value["material"], path)

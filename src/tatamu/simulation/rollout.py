@@ -48,7 +48,7 @@ class Rollout:
             times, positions, faces = (arrays.pop(name) for name in ("times", "positions", "faces"))
             _check(times, positions, faces)
             if any(array.dtype.kind == "U" for array in arrays.values()):
-                raise ValueError("its only text must be info")
+                raise ValueError("the array info must be the only text")
             if not isinstance(info, dict):
                 raise ValueError("info must be an object")
             return cls(times, positions, faces, info, arrays)

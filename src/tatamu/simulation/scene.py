@@ -60,7 +60,8 @@ class Cloth(Record):
     def _check(self) -> Self:
         if self.rest_vertices is not None and self.rest_vertices.shape != self.vertices.shape:
             raise ValueError(
-                f"rest_vertices must be one for each of {len(self.vertices)} vertices, given {len(self.rest_vertices)}"
+                f"rest_vertices must have one item for each of {len(self.vertices)} vertices, given "
+                f"{len(self.rest_vertices)}"
             )
         if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
@@ -185,7 +186,10 @@ class Scene(Record):
             for (_, end, one), (start, _, other) in pairwise(sorted(spans)):
                 if start < end:
                     first, second = sorted((one, other))
-                    raise ValueError(f"grippers {first} and {second} hold the same vertex at the same time")
+                    raise ValueError(
+                        f"grippers must hold different vertices at a time, given {first} and {second} with the same "
+                        "vertex"
+                    )
 
     @property
     def frames(self) -> int:
@@ -201,5 +205,5 @@ class Scene(Record):
         """Read and validate a scene file, or raise InputError that names the file and the field."""
         value = read_json(Path(path))
         if not isinstance(value, dict):
-            raise InputError(f"{path}: (whole file): must be a JSON object, given {type(value).__name__}")
+            raise InputError(f"{path}: must be a JSON object, given {type(value).__name__}")
         return validated(cls, value, path)

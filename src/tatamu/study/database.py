@@ -24,6 +24,7 @@ from sqlalchemy.engine import ExceptionContext, make_url
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 
 from tatamu.base.errors import InputError, UnavailableError
+from tatamu.base.extras import lacking
 
 Value = TypeVar("Value")
 
@@ -191,7 +192,7 @@ class SharedDatabase:
                     raise InputError(f"{self.address}: the database refuses the request ({reason})") from None
                 if monotonic() > deadline:
                     raise UnavailableError(
-                        f"{self.address}: no answer for {seconds:g} s ({reason}); what was finished is kept"
+                        f"{self.address}: does not answer for {seconds:g} s ({reason}); finished trials are kept"
                     ) from None
                 sleep(PAUSE)
 
@@ -227,7 +228,7 @@ def shared_database(address: str | None) -> Iterator[SharedDatabase | None]:
     try:
         import psycopg  # noqa: F401
     except ImportError:
-        raise InputError("--storage: needs psycopg: pip install 'tatamu[cluster]'") from None
+        raise lacking("psycopg", "cluster", "--storage") from None
     database = SharedDatabase(parsed)
     try:
         _ = database.storage

@@ -124,8 +124,8 @@ def check_pending(options: LearnOptions, simulator: str) -> None:
     if options.parallel is not None and options.parallel > 1 and not capabilities(simulator).parallel:
         able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
         raise InputError(
-            f"parallel: must be 1, because only {able} runs several trials at a time, given {options.parallel} with "
-            f"{simulator}"
+            f"parallel: must be 1 with {simulator}, because only {able} runs several trials at a time, "
+            f"given {options.parallel}"
         )
 
 
@@ -214,7 +214,7 @@ class _Learning:
             done, most = len(study.trials), max_trials(options.trials)
             if done > most:
                 where = folder.path if folder else "the study"
-                raise InputError(f"trials: must be {done} or more, because {where} has {done} trials, given {most}")
+                raise InputError(f"trials: must be at least {done}, the number of trials in {where}, given {most}")
             if self.home is not None:
                 keep_inputs(self.home.path, sources_of(task, self.disturbances))
             return self._run(study, folder)
@@ -345,9 +345,15 @@ def _disturbances(task: Task, options: LearnOptions, held: StudyRecord | None) -
 def _refuse_other(folder: ResultFolder, several: bool) -> None:
     """Refuse a folder that would contain the study of a single step and a plan of several."""
     if not several and folder.holds_plan:
-        raise InputError(f"{folder.path}: contains a plan of several steps; give another folder")
+        raise InputError(
+            f"{folder.path}: must be a new folder or that of a single fold, given a plan of several "
+            "steps; give another folder"
+        )
     if several and (folder.study_file.exists() or folder.shared_study_file.exists()):
-        raise InputError(f"{folder.path}: contains the study of a single fold; give another folder")
+        raise InputError(
+            f"{folder.path}: must be a new folder or that of a plan of several steps, given a single "
+            "fold; give another folder"
+        )
 
 
 def _delete_outdated_step(task: Task, folder: ResultFolder, database: SharedDatabase | None) -> None:

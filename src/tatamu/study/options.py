@@ -36,7 +36,7 @@ class Options(Record):
         try:
             super().__init__(**given)
         except ValidationError as error:
-            raise InputError(describe(error, type(self)).removeprefix("(whole file): ")) from None
+            raise InputError(describe(error, type(self))) from None
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with other values of some options."""
@@ -47,7 +47,10 @@ class Options(Record):
 class FoldOptions(Options):
     """Options of the garment and its fold, given by names and files."""
 
-    garment: str = Field(description="A name (`tatamu garments`) or a file.", json_schema_extra={"metavar": "GARMENT"})
+    garment: str = Field(
+        description="Name of a garment (see `tatamu garments`), or a garment's file.",
+        json_schema_extra={"metavar": "GARMENT"},
+    )
     size: str | None = Field(
         None, description="Width x length in metres, such as 0.34x0.80.", json_schema_extra={"metavar": "WxL"}
     )
@@ -58,24 +61,24 @@ class FoldOptions(Options):
     )
     fold: str = Field(
         "half",
-        description="Fold plan: half; towel: quarters; tshirt: shop; trousers: leg, thirds; a file of yours; auto, or "
-        "another plan that `tatamu plans` lists.",
+        description="Fold plan: half, quarters (towel), shop (tshirt), leg or thirds (trousers), another plan "
+        "that `tatamu plans` lists, your own file, or auto for the best.",
         json_schema_extra={"metavar": "NAME|FILE.toml"},
     )
     hands: StrictInt | None = Field(
-        None, description="Number of hands, 1 or 2; default: as the fold plan says, usually 2."
+        None, description="Number of hands, 1 or 2; default: that of the fold plan, usually 2."
     )
     material: str | None = Field(
         None,
-        description="A material file, or a preset such as denim; default: the garment's own.",
+        description="File of a material, or a preset such as denim; default: the garment's own fabric.",
         json_schema_extra={"metavar": "FILE.toml"},
     )
     spacing: float | None = Field(
-        None, description="Mesh spacing in metres; default: half the bending length, or coarser."
+        None, description="Mesh spacing in metres; default: half the bending length of the cloth, or coarser."
     )
     simulator: str = Field("native", description="native, blender or mujoco.")
     robot: str | None = Field(
-        None, description="Only folds within reach of hironx, nextage, or a .toml that describes a robot."
+        None, description="Robot that must reach the fold: hironx, nextage, or another that `tatamu plan --help` names."
     )
 
 
@@ -84,34 +87,33 @@ class LearnOptions(Options):
 
     trials: StrictInt | Literal["auto"] = Field(
         50,
-        description="Number of trials of the whole study; auto: until the expected gain is below 0.1 %.",
+        description="Number of trials of the whole study; auto: stop when the expected gain is below 0.1 %.",
         json_schema_extra={"metavar": "N|auto"},
     )
     seed: StrictInt = Field(0, description="Random seed of the search.")
-    sampler: str = Field("gp", description="How to search: gp, tpe, cmaes or random.")
+    sampler: str = Field("gp", description="Method of the search: gp, tpe, cmaes or random.")
     grasps: Literal["integer", "continuous"] = Field(
-        "integer", description="Search grasps as integer, or continuous and floored as in the paper."
+        "integer",
+        description="Search grasps as whole numbers (integer), or as real numbers rounded down (continuous).",
     )
     disturbances: Any = Field(
         None,
-        description="Errors of hands, cloth and table that the fold has to tolerate; `none` minimises the paper's "
+        description="Errors of hands, cloth and table that the fold must tolerate; `none` minimises the paper's "
         "C without errors. Default: those of the study or of the robot's .toml, otherwise `default`.",
         json_schema_extra={"metavar": "default|none|FILE.toml"},
     )
     """As on the command line, or `Disturbances`; None for the default disturbances."""
-    level: float = Field(
-        LEVEL, description="Size of the disturbances in the scenarios of the search, in their standard deviations."
-    )
+    level: float = Field(LEVEL, description="Size of the disturbances during the search, in standard deviations.")
     aim: str | None = Field(
         None,
-        description="How much higher and deeper the hands aim, and how far from an edge's end, in metres; default: as "
-        "the disturbances need.",
+        description="Distances in metres by which the hands aim higher, deeper, and away from an edge's end; "
+        "default: as the disturbances need.",
         json_schema_extra={"metavar": "none|HxIxE"},
     )
     parallel: StrictInt | None = Field(
         None,
-        description=f"Trials pending at a time, on any number of cores; default: {USUAL_PENDING}. With 1, each "
-        "trial is proposed from all results before.",
+        description=f"Number of trials that run at a time; default: {USUAL_PENDING}. With 1, each trial is "
+        "proposed from all earlier results.",
     )
     baselines: StrictBool = Field(True, description="Also score three fixed trajectories.")
 
@@ -122,8 +124,7 @@ class LearnOptions(Options):
         check_search(self.sampler)
         if self.trials == "auto" and self.sampler != "gp":
             raise InputError(
-                "trials: must be a number, because only the sampler gp estimates the gain for auto, given "
-                f"{self.sampler}"
+                f"trials: must be a number with the sampler {self.sampler}, because auto needs gp, given auto"
             )
         if self.trials != "auto":
             check_range("trials", self.trials, 1, 10_000)

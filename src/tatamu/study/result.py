@@ -151,7 +151,8 @@ class Result:
         gripper = next((each for each in self.scene.grippers if each.hand == arm.name), None)  # moves like the hand
         if gripper is None:
             raise InputError(
-                f"{self.folder or 'scene'}: grippers: none belongs to the {arm.name} hand; learn the fold again"
+                f"{self.folder or 'scene'}: grippers: must contain one of the {arm.name} hand, given none; "
+                "learn the fold again"
             )
         return np.array(arm.grasp.position) + gripper.path(self.rollout.times)
 
@@ -177,7 +178,8 @@ class Result:
         target = task.fold.target
         if target.shape != self.target.shape or not np.abs(target - self.target).max() < 1e-6:  # rounding errors
             raise InputError(
-                f"{self.folder}: the target of its task has changed since the fold was learned; learn the fold again"
+                f"{self.folder}: must have the target for which the fold was learned, but the target of its "
+                "task has changed; learn the fold again"
             )
         return task
 
@@ -229,7 +231,7 @@ class Result:
                 f"{path}: contains a plan of several steps; give the folder of one step, such as {folder.step(0).path}"
             )
         if folder.record.best is None:
-            raise InputError(f"{path}: contains no learned fold, because all trials failed")
+            raise InputError(f"{path}: must contain a learned fold, but all trials failed")
         result = cls(folder.record, folder.manipulation, folder.scene, folder.rollout, Path(path))
         _check_arrays(folder)
         return result

@@ -78,12 +78,14 @@ class StudyStore:
         wanted = json.loads(record.model_dump_json())
         held, trials = self.run(self._open)
         if held is None and trials:
-            raise InputError(f"{self.label}: contains a study that is not tatamu's; give another folder")
+            raise InputError(f"{self.label}: must contain a study of tatamu, given another study; give another folder")
         if held is None:
             self.run(lambda: self._study.set_user_attr(KEY, wanted))
         elif held != wanted:
             difference = _difference(held, wanted)
-            raise InputError(f"{self.label}: contains another study ({difference}); give another folder")
+            raise InputError(
+                f"{self.label}: must contain the same study, given another one ({difference}); give another folder"
+            )
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
     def _open(self) -> tuple[Any, list[optuna.trial.FrozenTrial]]:
@@ -98,8 +100,7 @@ class StudyStore:
         if trial.state != TrialState.COMPLETE or trial.number != number:
             raise InputError(
                 f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given state "
-                f"{trial.state.name} (from Optuna's ask or enqueue_trial); delete the trial in Optuna, or give another "
-                "folder"
+                f"{trial.state.name}; delete the trial in Optuna, or give another folder"
             )
         known = {"number": number, "parameters": trial.params, "objective": trial.value, **trial.user_attrs}
         try:
@@ -108,8 +109,8 @@ class StudyStore:
             raise InputError(f"{self.label}: trial {number}: {describe(error, Trial)}; give another folder") from None
         if read.number != number:
             raise InputError(
-                f"{self.label}: trial {number}: must have this number, given {read.number}, so trials were lost; give "
-                "another folder"
+                f"{self.label}: trials: must have the numbers 0, 1, 2, .., given {read.number} at place {number}; "
+                "give another folder"
             )
         return read
 
@@ -184,7 +185,7 @@ class SharedStore(StudyStore):
             return self._database.run(operation, done)
         except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
             reason = " ".join(str(error).split())
-            raise InputError(f"{self.label}: is not a readable Optuna study ({reason})") from None
+            raise InputError(f"{self.label}: must be a readable Optuna study ({reason})") from None
 
 
 def file_store(folder: ResultFolder) -> AbstractContextManager[FileStore]:
@@ -210,7 +211,7 @@ def _file_error(label: str, error: BaseException) -> Exception:
             return UnavailableError(
                 f"{label}: {meaning}; finished trials are kept, so run the same command again later"
             )
-    return InputError(f"{label}: is not a readable Optuna study ({reason}); remove the file, or give another folder")
+    return InputError(f"{label}: must be a readable Optuna study ({reason}); remove the file, or give another folder")
 
 
 @contextmanager
@@ -268,7 +269,9 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
     if kept is None and folder.study_file.exists():
         raise InputError(f"{folder.path}: its study is in study.db; leave --storage out, or give another folder")
     if kept is not None and kept.storage != database.address:
-        raise InputError(f"{folder.path}: its study is in {kept.storage}, given --storage {database.address}")
+        raise InputError(
+            f"{folder.path}: must be used with the storage of its study, {kept.storage}, given {database.address}"
+        )
     return kept.name if kept else None
 
 

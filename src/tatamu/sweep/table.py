@@ -11,7 +11,7 @@ from typing import Any
 
 from rich.table import Table
 
-from tatamu.base.errors import InputError
+from tatamu.base.extras import lacking
 from tatamu.base.files import replacing
 from tatamu.sweep.records import TaskRecord
 
@@ -26,7 +26,7 @@ def check_parquet() -> None:
         InputError: If pyarrow is not installed.
     """
     if importlib.util.find_spec("pyarrow") is None:
-        raise InputError("sweep.parquet: needs pyarrow: pip install 'tatamu[cluster]'")
+        raise lacking("pyarrow", "cluster", "sweep.parquet")
 
 
 def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:

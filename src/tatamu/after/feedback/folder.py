@@ -95,7 +95,7 @@ class FeedbackFolder:
         """Write `posterior.toml`."""
         plain = posterior.describe()
         if not plain:
-            raise InputError(f"{self.posterior_file}: must contain a disturbance with a deviation above 0, given none")
+            raise InputError(f"{self.posterior_file}: must contain at least one deviation above 0, given none")
         write_text(self.posterior_file, HEAD + tomli_w.dumps(plain))
 
 
@@ -108,7 +108,10 @@ def write_corrected(made: Result, correction: Correction, path: Path) -> None:
         InputError: If the folder has another fold, or cannot be written.
     """
     if (path / RESULT).exists() and not (path / CORRECTION).exists():
-        raise InputError(f"{path}: contains another fold than a corrected one; choose another folder")
+        raise InputError(
+            f"{path}: must be a new folder or that of a corrected fold, given the folder of a learned "
+            "fold; choose another folder"
+        )
     write_json(path / CORRECTION, correction.describe())
     for name in LEARNED:
         (path / name).unlink(missing_ok=True)

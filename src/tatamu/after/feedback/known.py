@@ -47,8 +47,8 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     """
     if len(task.plan.steps) > 1:
         raise InputError(
-            f"after: must be left out for a plan of several folds, given {task.plan.name} with "
-            f"{len(task.plan.steps)} folds"
+            f"after: must be left out for a fold plan of several steps, given {task.plan.name} with "
+            f"{len(task.plan.steps)} steps"
         )
     folders = [_folder(run) for run in runs]
     measured = [feedback_of(Result.load(folder.path), folder) for folder in folders]
@@ -56,7 +56,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     for each in measured[1:]:
         if each.disturbances != source:
             raise InputError(
-                f"after: must be folds that were learned with the same disturbances, given {each.learned.folder}"
+                f"after: must be folds learned with the same disturbances, given {each.learned.folder} with others"
             )
     found = posterior(source, [fold for each in measured for fold in each.folds]).disturbances
     shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_scenario(found))
@@ -66,7 +66,10 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
 
 def _folder(run: Result) -> FeedbackFolder:
     if run.folder is None:
-        raise InputError("after: must be a fold with a folder; save the fold, then observe the saved fold")
+        raise InputError(
+            "after: must be a fold in a folder, given a fold that is not saved; save the fold, then "
+            "observe the saved fold"
+        )
     folder = FeedbackFolder.of(run.folder)
     if not folder.files():
         raise InputError(f"{run.folder}: has no measured fold; run `tatamu observe {Path(run.folder)}` first")

@@ -63,12 +63,14 @@ class MeasuredFold(OpenRecord):
     def _check(self) -> MeasuredFold:
         names = [number.name for number in self.measured]
         if len(set(names)) < len(names):
-            raise ValueError("measured must name each number once")
+            raise ValueError(f"measured must contain each name once, given {', '.join(names)}")
         for side in self.turned_in:
             if any(name.startswith(side) for name in names):
-                raise ValueError(f"turned_in: must not contain the {side} corner, because measured gives its position")
+                raise ValueError(
+                    f"turned_in must not contain the {side} corner, because measured gives the position of that corner"
+                )
         if not names and self.held:
-            raise ValueError("measured must contain at least one number, unless the fold failed")
+            raise ValueError("measured must contain at least one distance unless the fold failed, given none")
         return self
 
 
@@ -144,8 +146,9 @@ def ruler(
         given = list(pair) if isinstance(pair, Iterable) else [pair]
         if len(given) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in given):
             raise InputError(
-                f"{label.format(place)}: must be two numbers from {-size / scale:.3g} to {size / scale:.3g} {unit} "
-                f"(the size of the cloth), along and across the fold, given {', '.join(map(str, given))}"
+                f"{label.format(place)}: must be two numbers (along and across the fold) from "
+                f"{-size / scale:.3g} to {size / scale:.3g} {unit}, the size of the cloth, given "
+                f"{', '.join(map(str, given))}"
             )
     numbers = {
         f"{place}_{axis}": (scale * value, error)

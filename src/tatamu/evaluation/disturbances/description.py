@@ -120,16 +120,16 @@ class Correlation(Record):
     def _check(self) -> Self:
         count = len(self.parameters)
         if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
-            raise ValueError(f"parameters must be names of {', '.join(FIELDS)}, given {unknown[0]!r}")
+            raise ValueError(f"parameters must be among {', '.join(FIELDS)}, given {unknown[0]!r}")
         if len(set(self.parameters)) < count:
-            raise ValueError("parameters must be different names")
+            raise ValueError(f"parameters must be different names, given {', '.join(self.parameters)}")
         if [len(row) for row in self.matrix] != [count] * count:
             raise ValueError(f"matrix must have {count} rows of {count} numbers, one for each parameter")
         matrix = np.array(self.matrix).reshape(count, count)
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")
         if count and np.linalg.eigvalsh(matrix)[0] < -0.01:  # entries rounded to three digits cause small negative ones
-            raise ValueError("matrix must have no negative eigenvalue, because it is a correlation matrix")
+            raise ValueError("matrix must have no negative eigenvalue, like every correlation matrix")
         return self
 
 
@@ -158,7 +158,9 @@ class Disturbances(Record):
             raise ValueError(f"material.{unknown[0]} must be one of {', '.join(FIELDS)}")
         given = self.correlation.parameters if self.correlation else []
         if missing := [name for name in given if name in FIELDS and name not in self.material]:
-            raise ValueError(f"correlation.parameters: {missing[0]} has no deviation in [material]")
+            raise ValueError(
+                f"correlation.parameters must each have a deviation in [material], given {missing[0]} without one"
+            )
         for name, value in self.mean.items():
             if name not in PLACES:
                 raise ValueError(f"mean.{name} must be the name of a disturbance, such as hands.offset.along")
@@ -168,7 +170,8 @@ class Disturbances(Record):
         for name in self.systematic:
             if not any(prefix_in(channel.name, (name,)) for channel in CHANNELS):
                 raise ValueError(
-                    f"systematic.{name} must be the name of a disturbance or its beginning, such as hands.offset"
+                    f"systematic.{name} must be the name of a disturbance or the beginning of a name, such as "
+                    "hands.offset"
                 )
         return self
 

@@ -156,8 +156,8 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
             reason = str(error)
     assert recorder.stand is not None
     raise InputError(
-        f"robot: {recorder.stand.robot} can do 0 of {attempts} folds that were drawn; the last fold failed because "
-        f"{reason}"
+        f"robot: must do some of the folds that are drawn, but {recorder.stand.robot} can do 0 of "
+        f"{attempts}; the last fold failed because {reason}"
     )
 
 

@@ -110,7 +110,7 @@ class DatasetFolder:
         if self.started_file.exists():
             self.refuse_other(record, _read_record(self.started_file))
         elif known:
-            raise InputError(f"{self.path}: exists but is not a dataset; give another --out")
+            raise InputError(f"{self.path}: must be a new folder or that of a dataset; give another --out")
         else:
             write_json(self.started_file, record.model_dump(mode="json"))
 
@@ -122,11 +122,14 @@ class DatasetFolder:
         """
         before = before or self.read()
         if before.specification != record.specification:
-            raise InputError(f"{self.path}: contains a dataset of another specification; give another --out")
+            raise InputError(
+                f"{self.path}: must be the folder of the same dataset, given one of another dataset file; "
+                "give another --out"
+            )
         if before.tatamu != record.tatamu and not self.is_finished:
             raise InputError(
-                f"{self.path}: was started by tatamu {before.tatamu}, but this is tatamu {record.tatamu}; give another "
-                "--out"
+                f"{self.path}: must be continued by tatamu {before.tatamu}, which started this dataset, given "
+                f"{record.tatamu}; give another --out"
             )
 
     def keep(self, episode: Episode) -> None:

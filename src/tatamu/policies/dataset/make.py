@@ -120,7 +120,7 @@ def _record(recorder: Recorder, folder: DatasetFolder, workers: Executor, progre
             progress(done, total)
             submit(1)
     except BrokenProcessPool:
-        raise UnavailableError(f"{folder.path}: a worker died; run the same command again to resume") from None
+        raise UnavailableError(f"{folder.path}: a worker process died; run the same command again to resume") from None
     finally:
         for future in futures:
             future.cancel()

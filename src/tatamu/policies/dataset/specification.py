@@ -69,7 +69,7 @@ class FoldDraw(Record):
             if self.source == source and given is None:
                 raise ValueError(f"{name} must be given with source = {source!r}")
             if self.source != source and given is not None:
-                raise ValueError(f"{name} is for source = {source!r}, given {self.source!r}")
+                raise ValueError(f"{name} must be left out unless source = {source!r}, given source = {self.source!r}")
         return self
 
 
@@ -138,7 +138,7 @@ class DatasetSpecification(Record):
                 given = "garment" if self.garment is not None else f"fold.{drawn[0]}"
                 raise ValueError(f"{given} must be left out for learned folds, which have their own")
         if self.disturbances == "none" and self.outcome.worlds:
-            raise ValueError("outcome.worlds needs disturbances, given none")
+            raise ValueError(f"outcome.worlds must be 0 without disturbances, given {self.outcome.worlds}")
         return self
 
     @property

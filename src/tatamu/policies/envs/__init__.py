@@ -7,12 +7,12 @@ For example::
 
 from __future__ import annotations
 
-from tatamu.base.errors import InputError
+from tatamu.base.extras import lacking
 
 try:
     import gymnasium
 except ImportError:
-    raise InputError("environments need the package gymnasium: pip install 'tatamu[gym]'") from None
+    raise lacking("gymnasium", "gym", "environments") from None
 
 from tatamu.policies.envs.cameras import CAMERAS
 from tatamu.policies.envs.fold import FoldEnv

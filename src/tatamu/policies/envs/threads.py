@@ -57,7 +57,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         seeds = [seed + number for number in range(self.num_envs)] if isinstance(seed, int) else seed
         each = seeds or [None] * self.num_envs
         if len(each) != self.num_envs:
-            raise InputError(f"seed: must be one for each of {self.num_envs} environments, given {len(each)}")
+            raise InputError(f"seed: must have one item for each of {self.num_envs} environments, given {len(each)}")
         found = list(self._pool.map(lambda env, own: env.reset(seed=own, options=options), self.envs, each))
         self._ended = [False] * self.num_envs
         return self._batch([observation for observation, _ in found]), self._infos([info for _, info in found])
@@ -72,7 +72,9 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
             InputError: If the number of actions is wrong, or an action is.
         """
         if len(actions) != self.num_envs:
-            raise InputError(f"actions: must be one for each of {self.num_envs} environments, given {len(actions)}")
+            raise InputError(
+                f"actions: must have one item for each of {self.num_envs} environments, given {len(actions)}"
+            )
         found = list(self._pool.map(_step_or_reset, self.envs, actions, self._ended))
         observations, rewards, terminated, truncated, infos = zip(*found, strict=True)
         self._ended = [one or other for one, other in zip(terminated, truncated, strict=True)]

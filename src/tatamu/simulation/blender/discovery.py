@@ -51,8 +51,8 @@ def command() -> list[str]:
     found = shutil.which("blender")
     if found is None:
         raise InputError(
-            f"blender: no Blender found; run `tatamu install blender`, or put `blender` on the search path, "
-            f"or set {VARIABLE} to a Blender executable or a Python that has bpy"
+            f"blender: must be installed; run `tatamu install blender`, or set {VARIABLE} to a Blender "
+            "executable or a Python that has bpy"
         )
     return started_by(found)
 
@@ -86,7 +86,7 @@ def install(folder: Path | None = None) -> Path:
     packages = (f"bpy=={VERSION}", "numpy<2")
     _run([str(python), "-m", "pip", "install", "--quiet", *packages], "cannot install bpy")
     if not _works(python):
-        raise InputError(f"install blender: {python} cannot import bpy; Blender's system libraries may be missing")
+        raise InputError(f"install blender: {python} cannot import bpy; install Blender's system libraries")
     return python
 
 
@@ -100,8 +100,8 @@ def _base_python() -> str:
     found = shutil.which(f"python{PYTHON}")
     if found is None:
         raise InputError(
-            f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; install this "
-            "Python, or install Blender itself (3.4 or later)"
+            f"install blender: Python {PYTHON} must be on the search path for bpy {VERSION}; install this "
+            "Python, or Blender itself (3.4 or later)"
         )
     return found
 

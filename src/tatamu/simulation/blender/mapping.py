@@ -109,7 +109,7 @@ def _elasticity(mapping: Mapping, scene: Scene, springs: Springs) -> None:
 
 
 def _isotropy(mapping: Mapping, material: Material, springs: Springs) -> None:
-    mapping.warn(f"springs have a Poisson ratio of 1/3, not {material.poisson_ratio:g}")
+    mapping.warn(f"springs have a Poisson ratio of 1/3 instead of {material.poisson_ratio:g}")
     spread = springs.moduli.max() / springs.moduli.min() - 1.0
     if spread > 0.15:
         mapping.warn(f"this mesh of springs is {100 * spread:.0f} % stiffer in one direction than in another")
@@ -117,7 +117,7 @@ def _isotropy(mapping: Mapping, material: Material, springs: Springs) -> None:
         return
     stiffest, softest = springs.rigidities.max(), springs.rigidities.min()
     if softest < 1e-3 * stiffest:
-        mapping.warn("this mesh bends in some directions only")
+        mapping.warn("this mesh resists bending in some directions only")
     elif stiffest / softest > 1.15:
         harder = 100 * (stiffest / softest - 1.0)
         mapping.warn(f"this mesh bends {harder:.0f} % harder in one direction than in another")
@@ -145,7 +145,7 @@ def _contact(mapping: Mapping, material: Material) -> None:
     mapping.standoff = REST * 2.0 * reach / mapping.scale
     if layers > 0.501 * LAYERS * gap:
         apart = 2.0 * layers / LAYERS / mapping.scale
-        mapping.warn(f"layers rest {1e3 * apart:.2g} mm apart, not {1e3 * material.thickness:.2g} mm")
+        mapping.warn(f"layers rest {1e3 * apart:.2g} mm apart instead of {1e3 * material.thickness:.2g} mm")
 
 
 def _friction(mapping: Mapping, name: str, coefficient: float, per_unit: float) -> float:
@@ -173,7 +173,7 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
     step = min(MAX_STEP, 1.4 / max(frequency, 1e-9))  # bending is unstable if step times frequency is 2
     settings["quality"] = int(np.clip(np.ceil(longest / step - 1e-6), 1, 1000))
     if longest / settings["quality"] > 1.5 * step:
-        mapping.warn("the cloth may jitter, because bending is too stiff for explicit steps")
+        mapping.warn("the cloth may jitter, because its bending is too stiff for explicit steps")
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:

@@ -114,7 +114,8 @@ def least_energy(thickness: float) -> np.ndarray:
         )
     if not result.success:
         raise TatamuError(
-            f"crease: no shape of minimum energy found for cloth {thickness:g} bending lengths thick: {result.message}"
+            f"crease: no shape of minimum energy is found for cloth with a thickness of {thickness:g} bending "
+            f"lengths: {result.message}"
         )
     return np.asarray(result.x)
 

@@ -157,7 +157,7 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     around, most = np.bincount(faces.ravel()), 1000  # the memory for contact around a vertex grows with the square
     if around.max() > most:
         raise ValueError(
-            f"faces must be at most {most} around a vertex, given {around.max()} around vertex {int(around.argmax())}"
+            f"faces must be at most {most} at a vertex, given {around.max()} at vertex {int(around.argmax())}"
         )
     apart = ~among(seams, topology.inner_edges)
     if apart.any():

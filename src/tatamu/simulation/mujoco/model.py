@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.base.extras import lacking
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, among, areas, lumped
 from tatamu.simulation.mujoco.controlled import CONTACT, RIGID, rigid
@@ -26,7 +27,7 @@ def engine() -> Any:
     try:
         import mujoco
     except ImportError:
-        raise InputError("mujoco: is not installed; run `pip install 'tatamu[mujoco]'`") from None
+        raise lacking("mujoco", "mujoco") from None
     if not hasattr(mujoco.mjtIntegrator, "mjINT_DISCRETE"):
         raise InputError(f"mujoco: must be 4.0 or later, given {mujoco.__version__}; run `pip install -U mujoco`")
     return mujoco

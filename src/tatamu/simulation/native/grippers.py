@@ -61,11 +61,12 @@ class HandTarget:
         array = np.asarray(self.vertices)
         whole = array.ndim == 1 and len(array) > 0 and np.issubdtype(array.dtype, np.integer)
         if not whole or len(np.unique(array)) < len(array) or array.min() < 0 or array.max() >= count:
-            raise InputError(f"{name}.vertices: must be different vertex numbers below {count}, given {self.vertices}")
+            raise InputError(f"{name}.vertices: must be different indices below {count}, given {self.vertices}")
         vertices = tuple(int(vertex) for vertex in array)
         if before is not None and set(vertices) != set(before):
             raise InputError(
-                f"{name}.vertices: must be those that the gripper holds; open the gripper before it grasps others"
+                f"{name}.vertices: must be those that the closed gripper holds; open the gripper before it "
+                "grasps others"
             )
         return before or vertices
 
@@ -256,6 +257,6 @@ class Grippers:
                 other = holder.setdefault(vertex, index)
                 if other != index:
                     raise InputError(
-                        f"hands[{index if index in led else other}].vertices: must be held by one gripper, "
-                        f"given vertex {vertex} of grippers {other} and {index}"
+                        f"hands[{index if index in led else other}].vertices: must be held by one gripper only, given "
+                        f"vertex {vertex}, which grippers {other} and {index} hold"
                     )

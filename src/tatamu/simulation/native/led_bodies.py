@@ -50,7 +50,7 @@ class LedBodies:
     ) -> dict[int, BodyPose]:
         """Return the poses that targets require at outer step `stop`, by index of the body, or raise InputError."""
         if len(targets) != len(self._bodies):
-            raise InputError(f"bodies: must be one for each of {len(self._bodies)} bodies, given {len(targets)}")
+            raise InputError(f"bodies: must have one item for each of {len(self._bodies)} bodies, given {len(targets)}")
         seconds = (stop - number) * self._outer_step
         return {
             index: _pose(target, self._now(index, number), f"bodies[{index}]", seconds, fastest)

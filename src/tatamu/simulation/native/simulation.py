@@ -125,8 +125,8 @@ class Simulation:
         step = self.sizes.outer_step
         if self.done:
             raise InputError(
-                f"seconds: must be within the scene, which ended after {self.time:.6g} s; give the scene a longer "
-                "duration"
+                f"seconds: must end within the scene, which has ended after {self.time:.6g} s; give the scene "
+                "a longer duration"
             )
         if not step <= seconds < inf:
             raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
@@ -135,7 +135,7 @@ class Simulation:
         count = len(self.scene.grippers)
         hands = [None] * count if hands is None else hands
         if len(hands) != count:
-            raise InputError(f"hands: must be one for each of {count} grippers, given {len(hands)}")
+            raise InputError(f"hands: must have one item for each of {count} grippers, given {len(hands)}")
         fastest = self.options.limits.fastest_hand
         poses = {} if bodies is None else self._bodies.check(bodies, self.number, stop, fastest)
         self._grippers.lead(hands, self.number, stop, fastest)
@@ -223,7 +223,10 @@ class Simulation:
         """Return warnings about this rollout for the user, one per line."""
         lines = []
         if self.mesh.thickness > 0.5 * self.model.lengths.min():
-            lines.append("the cloth is thicker than half its shortest edge: neighbouring triangles may push each other")
+            lines.append(
+                "thickness is more than half the shortest edge of the mesh, so neighbouring triangles may "
+                "push each other apart"
+            )
         material, edge = self.scene.material, float(self.model.lengths.mean())
         rigidity = min(material.bending_rigidity, material.weft_rigidity)
         stiffness = max(material.stretch_stiffness, material.weft_stiffness)
@@ -231,8 +234,8 @@ class Simulation:
         if LOCKED < ratio < inf:
             finer = 1e3 * edge * np.sqrt(LOCKED / ratio)
             lines.append(
-                f"the cloth may drape too stiffly, because its cells are coarse (Y h^2 / B is {ratio:.2g}, should be "
-                f"at most {LOCKED:g}); take cells of {finer:.2g} mm, or a smaller stretch_stiffness"
+                f"the cloth may drape too stiffly, because the mesh is coarse (Y h^2 / B is {ratio:.2g}, more "
+                f"than {LOCKED:g}); give a spacing of {finer:.2g} mm, or a smaller stretch_stiffness"
             )
         duration = self.scene.duration
         for number, gripper in enumerate(self.scene.grippers):
@@ -313,13 +316,13 @@ class Simulation:
         index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(recent))
         if speed > limits.fastest_hand:
             raise SceneError(
-                f"grippers.{index}: must move as slowly as the cloth can follow, given {speed:.3g} m/s at t = "
+                f"grippers.{index}: must be slow enough for the cloth to follow, given {speed:.3g} m/s at t = "
                 f"{when:.3f} s; robots' arms move at up to 2 m/s"
             )
         if stretch > limits.largest_stretch:
             raise SimulationError(
-                f"the cloth was stretched to {stretch:.3g} of its length by t = {time:.3f} s; "
-                f"the limit is {limits.largest_stretch:g}"
+                f"the cloth was stretched to {stretch:.3g} times its length at t = {time:.3f} s; the limit is "
+                f"{limits.largest_stretch:g}"
             )
         raise SimulationError(f"the cloth flew beyond {limits.farthest:g} m before t = {time:.3f} s")
 
@@ -330,14 +333,14 @@ class Simulation:
         limits = self.options.limits
         if thickness > limits.thickest * shortest:
             raise SceneError(
-                f"the cloth must be at most {limits.thickest:g} of its shortest edge thick, so that neighbours do not "
-                f"push each other apart, given {thickness:g} m and an edge of {shortest:.3g} m; give a coarser mesh"
+                f"thickness must be at most {limits.thickest:g} times the shortest edge ({shortest:.3g} m), "
+                f"given {thickness:g} m; give a coarser mesh"
             )
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene needs {work:.2g} steps of a vertex, the limit is {limits.most_work:g} (hours), because "
-                "stiff, light or finely meshed cloth takes small steps; give a coarser mesh or a shorter duration"
+                f"the scene must need at most {limits.most_work:g} vertex steps, which take hours, given {work:.2g}; "
+                "give a coarser mesh or a shorter duration"
             )
 
 

@@ -38,10 +38,10 @@ class Preset(Record):
         for table in (self.spread, self.source):
             for name in table:
                 if name not in Material.model_fields:
-                    raise ValueError(f"{name} is not a field of a material")
+                    raise ValueError(f"spread and source must only contain fields of a material, given {name}")
         for name, (low, high) in self.spread.items():
             if not low <= getattr(self.material, name) <= high:
-                raise ValueError(f"{name} must be within its spread, {low:g} to {high:g}")
+                raise ValueError(f"{name} must be from {low:g} to {high:g}, which is its spread")
         return self
 
 
