@@ -34,6 +34,7 @@ from tatamu import (
 from tatamu.cli import main
 from tatamu.evaluation.disturbances import NOMINAL, default_disturbances
 from tatamu.evaluation.nominal import unsimulated
+from tatamu.folding.manipulation import Course
 from tatamu.garments import towel as make_towel
 from tatamu.search import Parameters
 from tatamu.simulation import native
@@ -268,10 +269,11 @@ def same_manipulation(one: Manipulation, other: Manipulation) -> bool:
     def plain_values(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return value.shape, value.astype(float).tobytes()
+        if isinstance(value, Manipulation | Course):
+            value = tuple(getattr(value, each.name) for each in fields(value))
         return tuple(map(plain_values, value)) if isinstance(value, tuple) else value
 
-    names = [each.name for each in fields(Manipulation)]
-    return all(plain_values(getattr(one, name)) == plain_values(getattr(other, name)) for name in names)
+    return bool(plain_values(one) == plain_values(other))
 
 
 @pytest.mark.parametrize(

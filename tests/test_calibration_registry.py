@@ -50,7 +50,7 @@ IMPOSSIBLE: list[tuple[str, dict[str, Any], str]] = [
     ("crease", {"angle": -3.0}, "at least 0"),
     ("crease", {"gap": 0.005}, "round both boards"),
     ("swing", {"ten_swings": 1.2}, "3 to 40 s"),
-    ("fading", {"to": 0.09}, "at most 0.8 of aside"),
+    ("fading", {"to": 0.09}, "at most 0.8 times aside"),
     ("fading", {"count": [3, 101]}, "must be in swings, at most 100, given 101"),
     ("bias", {"L1": 0.49, "L2": 0.5}, "must be more than L2"),
     ("bias", {"width": 0.4}, "must be from 0.02 to 0.34 times L2"),

@@ -32,7 +32,7 @@ def test_simulate_writes_a_rollout(tmp_path: Path) -> None:
         (["simulate", "SCENE", "--out", "r.npz", "--simulator", "magic"], "simulator: must be one of native"),
         (["simulate", "SCENE", "--out", "/proc/nowhere/r.npz"], "cannot be written"),
         (["simulate", "SCENE", "--out", "SCENE/r.npz"], "cannot be written"),
-        (["simulate", "SCENE", "--out", "/"], "cannot be written"),
+        (["simulate", "SCENE", "--out", "/"], "/: must be the name of a file"),
         (["simulate", "SCENE", "--out", f"{'x' * 300}.npz"], "cannot be written"),
         (["learn", "towel", "--out", "x" * 300], "cannot be written"),
         (["learn", "sock", "--out", "DIR"], "garment: must be one of towel"),

@@ -385,7 +385,7 @@ def test_correct_says_that_nothing_is_written(learned: Result) -> None:
         ({"left": (12, -3)}, "left: must be two numbers .* from -0.5 to 0.5 m.*, given 12, -3"),
         ({"right": (0.6, 0.0)}, "right: must be .* given 0.6, 0.0"),
         ({"slip": (0.01,)}, "slip: must be two numbers"),
-        ({"slip": 0.01}, "slip: must be two numbers from .*, given 0.01"),
+        ({"slip": 0.01}, "slip: must be two numbers .* from .*, given 0.01"),
         ({"left": (0.01, float("nan"))}, "left: must be two numbers"),
         ({"left": (0.01, 0.0), "deviation": 0.0}, "deviation: must be above 0 m, given 0.0"),
     ],

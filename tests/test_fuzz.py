@@ -14,6 +14,11 @@ ROUNDS = 4
 """Broken files of each kind."""
 
 
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    fuzzing.warm()
+
+
 @pytest.mark.parametrize("kind", range(len(fuzzing.KINDS)), ids=lambda k: f"{k}-{fuzzing.KINDS[k].name}")
 def test_broken_files_end_in_one_clean_line(kind: int) -> None:
     seeds = range(kind, ROUNDS * len(fuzzing.KINDS), len(fuzzing.KINDS))

@@ -250,7 +250,7 @@ def test_another_towel_is_not_touched(learned: Path) -> None:
 @pytest.mark.parametrize("content", [b"not a database at all", b"SQLite format 3\x00" + b"\xff" * 4000])
 def test_a_corrupted_study_is_refused_and_kept(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "study.db").write_bytes(content)
-    with pytest.raises(InputError, match=r"study\.db: is not a readable Optuna study"):
+    with pytest.raises(InputError, match=r"study\.db: must be a readable Optuna study"):
         learn_plain(task(), tmp_path, trials=2)
     assert (tmp_path / "study.db").read_bytes() == content
 

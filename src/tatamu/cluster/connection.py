@@ -150,7 +150,7 @@ def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
                 _refuse_old_scheduler(address.text)
             client = distributed.Client(to, timeout=CONNECT_SECONDS, set_as_default=False, name="tatamu")
         except (OSError, TimeoutError, ValueError) as error:
-            reason = " ".join(str(error).split())[:160] or type(error).__name__
+            reason = " ".join(str(error).split())[:160] or f"no answer after {CONNECT_SECONDS:g} s"
             raise UnavailableError(f"--scheduler: {address.text} does not answer ({reason})") from None
         try:
             yield client
@@ -178,7 +178,7 @@ def _refuse_old_scheduler(address: str) -> None:
 
 def _refuse_old_dask(address: str, process: str, found: Any) -> None:
     """Raise an error if a process has a version of Dask that does not work together with this one."""
-    text = str(found["packages"]["distributed"])
+    text = str(found["packages"]["distributed"]) if isinstance(found, dict) and "packages" in found else "?"
     if tuple(map(int, re.findall("[0-9]+", text)[:2])) < OLDEST_DASK:
         here = version("distributed")
         raise InputError(

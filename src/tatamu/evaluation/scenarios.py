@@ -118,7 +118,7 @@ class Scenarios(Evaluator):
         """Yield the outcomes in the scenarios in order.
 
         A fold that fails mostly fails in one of the first scenarios, so these are simulated one after another if there
-        is something to beat, and the others on all processors.
+        is something to beat, and the others on half of the processors, at least two and at most four.
         """
 
         def simulate(index: int) -> Evaluation:
@@ -127,7 +127,8 @@ class Scenarios(Evaluator):
         side_by_side = processors() > 1 and capabilities(self.task.simulator).parallel
         alone = len(indices) if not side_by_side else 0 if np.isinf(ask.beat) else 3
         yield from map(simulate, indices[:alone])
-        threads = ThreadPoolExecutor(processors())
+        count = processors() if np.isinf(ask.beat) else max(2, min(4, processors() // 2))
+        threads = ThreadPoolExecutor(count)
         try:
             yield from threads.map(simulate, indices[alone:])
         finally:

@@ -247,7 +247,7 @@ def check_reach(task: Task) -> None:
 
 def _check_step(task: Task, reach: Reach) -> None:
     number, count = task.step
-    name = f"step {number}, {task.title}," if count > 1 else f"the fold {task.title or task.plan.name}"
+    name = f"step {number}, {task.title}" if count > 1 else f"the fold {task.title or task.plan.name}"
     if task.fold.press is not None:
         raise InputError(f"press: {reach.robot} cannot press {name}; leave press out of the fold plan")
     refusals = []
@@ -257,8 +257,8 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: must reach {name}, but {reach.robot} reaches 0 of {len(refusals)} typical folds; the "
-        f"first: {refusals[0]}"
+        f"robot: must reach {name}, but {reach.robot} reaches 0 of {len(refusals)} typical folds; the first: "
+        f"{refusals[0]}"
     )
 
 

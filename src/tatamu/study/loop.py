@@ -98,10 +98,10 @@ class Study:
     wanted: Trials
     show: Callable[[Progress], object]
     """Is called after every new trial, and when another stage starts."""
-    _told: list[Trial] = field(default_factory=list)
+    _told: list[Trial] = field(default_factory=list, init=False, repr=False)
     """Trials that the search knows, a beginning of `trials`."""
-    _kept: dict[int, Evaluation] = field(default_factory=dict)
-    _first: Evaluation | None = None
+    _kept: dict[int, Evaluation] = field(default_factory=dict, init=False, repr=False)
+    _first: Evaluation | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Read the trials that are stored.
@@ -148,7 +148,7 @@ class Study:
         proposals: list[Proposal] = []
         running: deque[tuple[Proposal, Future[Evaluation] | None]] = deque()  # a stored trial has no future
         fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
-        wanted = baselines and self.baselines is None
+        lacking = baselines and self.baselines is None
         try:
             while (more := len(proposals) < self._stored or not is_over(self.wanted, proposals)) or running:
                 # until there is a reference fold, trials run one after another: any of them may become it
@@ -157,7 +157,7 @@ class Study:
                     proposals.append(begun[0])
                     running.append(begun)
                     continue
-                if wanted and not more and not fixed:
+                if lacking and not more and not fixed:
                     for name, (_, make) in BASELINES.items():
                         made = make(self.task.fold)
                         fixed[name] = made, self.executor.submit(_timed_fixed, Nominal(self.task), made)
