@@ -139,7 +139,7 @@ def observe(
             print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
         if picture is not None:
             look.write_picture(look.draw_reading(reading), picture)
-            print(f"look at: {picture}, the corners and their targets on top of the photo")
+            print(f"check {picture}: the corners and their targets, drawn on the photo")
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
         sides = _sides(turned_in)
