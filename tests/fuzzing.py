@@ -523,7 +523,7 @@ def _after(data: bytes, mark: bytes, word: bytes, random: Random) -> bytes:
 
 def _header_changed(data: bytes, change: Callable[[bytes], bytes]) -> bytes:
     """A GLB whose JSON is changed, and whose lengths fit."""
-    end = 20 + int.from_bytes(data[12:16], "little")
+    end = min(20 + int.from_bytes(data[12:16], "little"), len(data))
     text = change(data[20:end])
     text += b" " * (-len(text) % 4)
     length = struct.pack("<I", len(data) - end + 20 + len(text))

@@ -309,6 +309,16 @@ def test_nothing_runs_that_a_foreign_dataset_names_as_a_codec(made: DatasetFolde
     assert not ran
 
 
+@pytest.mark.parametrize(("shape", "chunks"), [([2, 10**9, 9], [1, 10**8, 9]), ([2, 10**6, 8], [1, 16, 8])])
+def test_states_that_would_take_minutes_are_refused(tmp_path: Path, shape: list[int], chunks: list[int]) -> None:
+    import zarr
+
+    group = zarr.create_group(store=str(tmp_path / "s.zarr"))
+    group.create_array("length", data=np.array([3, 3]))
+    group.create_array("action", shape=tuple(shape), chunks=tuple(chunks), dtype="f4")
+    assert "action: must have at most" in refusal(read_states, tmp_path / "s.zarr", 0, ["action"])
+
+
 def test_consolidated_metadata_of_zarr_2_is_not_believed(made: DatasetFolder, tmp_path: Path) -> None:
     root = tmp_path / "states.zarr"
     shutil.copytree(made.states, root)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import ceil, prod
 from pathlib import Path
 from typing import Any
 
@@ -95,8 +96,18 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
         group = zarr.open_group(store=str(root), mode="r", zarr_format=3, use_consolidated=False)
         if missing := [name for name in names if name not in group]:
             raise InputError(f"{root}: has no array {missing[0]!r}")
+        for name in ("length", *names):
+            _refuse_large(root, name, group[name])
         frames = int(group["length"][episode])
         return {name: _cut(group[name][episode], name, frames) for name in names}
+
+
+def _refuse_large(root: Path, name: str, array: Any) -> None:
+    """Raise an InputError if an episode has so many numbers or chunks that reading it would take minutes."""
+    numbers, chunks = prod(array.shape[1:]), prod(map(ceil, np.divide(array.shape[1:], array.chunks[1:])))
+    if numbers > 1_000_000_000 or chunks > 20_000:
+        limits = "at most 1000000000 numbers in 20000 chunks for an episode"
+        raise InputError(f"{root}: {name}: must have {limits}, given {numbers} in {chunks}")
 
 
 def _create(group: Any, name: str, count: int, extent: Extent) -> Any:
