@@ -12,6 +12,7 @@ import trimesh
 
 from tatamu.base.errors import InputError
 from tatamu.robots import Robot, load, plan_fold, save
+from tatamu.robots.modelfile import read_stage
 from tatamu.robots.planfile import Planned
 from tatamu.robots.rehearsal import rehearse
 from tatamu.robots.stage import load_stage
@@ -49,6 +50,7 @@ def with_soft(soft: str, kind: str = "revolute", limit: str | None = None) -> st
         ('soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
         ('soft_lower_limit="-9" soft_upper_limit="9"', "revolute", None, (-2.9, 2.9)),
         ('soft_lower_limit="-0.3" soft_upper_limit="0.3"', "continuous", "", (-0.3, 0.3)),
+        ('soft_upper_limit="0.3"', "continuous", "", (-2 * np.pi, 0.3)),
         ('soft_lower_limit="-inf" soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
         ('soft_upper_limit="1"/><safety_controller soft_upper_limit="0.3"', "revolute", None, (-2.9, 0.3)),
         ("", "revolute", None, (-2.9, 2.9)),
@@ -98,6 +100,7 @@ def test_a_plan_keeps_to_soft_limits_in_every_file_and_names_them(tmp_path: Path
     "drive",
     [
         DRIVE.format("-0.4 0.5"),
+        DRIVE.format("-0.4 0.5").replace("joint=", "jointinparent="),
         DRIVE.format("-0.8 1").replace("kp", 'gear="2" kp'),
         DRIVE.format("-0.5 0.4").replace("kp", 'gear="-1" kp'),
         DRIVE.format("-0.4 0.5").replace("<position", "<intvelocity").replace("ctrlrange", "actrange"),
@@ -113,6 +116,43 @@ def test_a_drive_that_inherits_a_part_of_its_joints_range_keeps_to_it(tmp_path: 
     more = '<actuator><position joint="pan" kp="50" gear="2" inheritrange="0.5"/></actuator>'
     robot = load(str(pair_of_mjcf(tmp_path, mjcf(more=more))))
     assert robot.limits(robot.larm)[0] == pytest.approx([-0.725, 0.725])
+
+
+def test_a_drive_inherits_the_range_of_its_joint_and_not_that_of_another_drive(tmp_path: Path) -> None:
+    inherits = '<position name="half" joint="pan" kp="50" inheritrange="0.5"/></actuator>'
+    more = DRIVE.format("-1 1").replace("</actuator>", inherits)
+    robot = load(str(pair_of_mjcf(tmp_path, mjcf(more=more))))
+    assert robot.limits(robot.larm)[0] == pytest.approx([-1.0, 1.0])
+
+
+def test_limits_of_a_continuous_joint_that_leave_nothing_are_refused_by_name(tmp_path: Path) -> None:
+    text = urdf().replace('"pan" type="revolute"', '"pan" type="continuous"')
+    text = text.replace('lower="-2.9" upper="2.9" velocity', 'upper="-7" velocity', 1)
+    assert "joint pan: limits must leave a range" in refusal(load, str(pair_of_urdf(tmp_path, text)))
+
+
+def test_an_included_file_counts_as_mujoco_reads_its_name(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    field = '<asset><hfield name="h" nrow="2005" ncol="2005" size="1 1 1 1"/></asset>'
+    (tmp_path / "parts" / "h.xml").write_text(f"<mujoco>{field}</mujoco>")
+    path = pair_of_mjcf(tmp_path, mjcf(more='<include file="parts\\h.xml"/>'))
+    assert "height field: must be" in refusal(load, str(path))
+
+
+def test_the_stage_of_a_plan_has_limits_in_the_files_that_it_includes(tmp_path: Path) -> None:
+    field = '<asset><hfield name="h" nrow="2005" ncol="2005" size="1 1 1 1"/></asset>'
+    (tmp_path / "h.xml").write_text(f"<mujoco>{field}</mujoco>")
+    (tmp_path / "robot.xml").write_text('<mujoco><include file="h.xml"/></mujoco>')
+    assert "height field: must be" in refusal(read_stage, tmp_path / "robot.xml")
+
+
+def test_a_file_with_a_backslash_in_its_name_is_not_read_as_another(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    for name in ("a/b.xml", "a\\b.xml"):
+        (tmp_path / name).write_text(mjcf())
+    path = pair_of(tmp_path, "a\\b.xml")
+    path.write_text(path.read_text().replace('"a\\b.xml"', "'a\\b.xml'"))
+    assert "must have a name without a backslash" in refusal(load, str(path))
 
 
 @pytest.mark.parametrize(

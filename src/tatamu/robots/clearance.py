@@ -56,8 +56,8 @@ class Clearance:
         pairs = sorted(pairs_of(robot, arm)[0], key=lambda pair: pair.kind == OBSTACLES)
         self._all = np.array([(pair.first, pair.second) for pair in pairs], dtype=int).reshape(-1, 2)
         self._above = np.array([pair.kind for pair in pairs], dtype=str)
-        is_finger = np.array([link_name(self.model, pair.first) in robot.fingers for pair in pairs], bool)
-        self._below = np.where(is_finger, FINGERS, ON_TABLE)
+        is_finger = [pair.kind == OBSTACLES and link_name(self.model, pair.first) in robot.fingers for pair in pairs]
+        self._below = np.where(np.array(is_finger, bool), FINGERS, ON_TABLE)
         self._tops = np.array(
             [_top(self.model, self._data, pair.second) if pair.kind == OBSTACLES else np.inf for pair in pairs]
         )

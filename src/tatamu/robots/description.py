@@ -186,7 +186,7 @@ class Description(Record):
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}
         if self.joints and (self.model is None or not arms <= set(self.joints)):
             raise ValueError(
-                "joints must name all joints of a model of the whole robot, including the joints of the arms"
+                "joints must contain every joint of the arms and the trunk, and needs a model of the whole robot"
             )
         for further in self.poses:
             if (len(further.larm), len(further.rarm)) != (len(self.larm.joints), len(self.rarm.joints)):

@@ -226,9 +226,10 @@ def _message(trajectory: Trajectory, store: Any) -> Any:
 def write_goals(plan: RobotPlan, folder: Path) -> None:
     """Write the goals of all segments, and the steps that name these goals."""
     steps: list[dict[str, Any]] = [_grip(plan, "open", 0)]
+    controllers = trajectories(plan)
     for number, segment in enumerate(plan.segments, start=1):
         goals = {}
-        for each in trajectories(plan):
+        for each in controllers:
             name = f"{number}-{segment.name}/{each.controller.replace('/', '.')}.json"
             write_json(folder / name, _goal(plan, segment, each.names, each.columns))
             goals[f"/{each.controller}/follow_joint_trajectory"] = name

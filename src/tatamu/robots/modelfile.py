@@ -17,7 +17,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.base.files import MIB, beside, foreign, read_bytes
 from tatamu.robots.extras import needed, one_line
-from tatamu.robots.urdf import JointLimits, located, read_urdf
+from tatamu.robots.urdf import TURN, JointLimits, located, read_urdf
 
 MAX_FILE = 64 * MIB
 """Maximum size of a model file, and of each file that the model names [bytes]."""
@@ -100,9 +100,9 @@ def read_stage(path: Path) -> Any:
         InputError: If a height field is too large.
         ValueError: If MuJoCo cannot read the file.
     """
-    _parsed(path)
-    spec = _read_mjcf(path)
     store = _Store(path)
+    store.files += _included(path, _parsed(path))
+    spec = _read_mjcf(path)
     _keep_assets(spec, path, store)
     give(spec, store.contents)
     return spec
@@ -112,8 +112,11 @@ def _read_mjcf(path: Path) -> Any:
     """Read an MJCF file with MuJoCo, which takes a backslash in a path for a slash on every system.
 
     Raises:
+        InputError: If the file's own name contains a backslash.
         ValueError: If MuJoCo cannot read the file.
     """
+    if os.sep == "/" and "\\" in path.name:
+        raise InputError(f"{path}: must have a name without a backslash")
     read = needed("mujoco").MjSpec.from_file
     absolute = os.path.abspath(path)  # else, assets of an included file in another folder are not found
     if os.sep == "\\" or "\\" not in absolute:
@@ -140,7 +143,7 @@ def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
         free = model.limits.continuous is None or joint.name in model.limits.continuous
         if free and joint.type == mujoco.mjtJoint.mjJNT_HINGE and not _is_limited(spec, joint):
             joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-            joint.range = [sign * 2 * np.pi / _unit(spec, joint) for sign in (-1, 1)]
+            joint.range = [sign * TURN / _unit(spec, joint) for sign in (-1, 1)]
             found.append(joint.name)
     return found
 
@@ -148,8 +151,10 @@ def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
 def _commanded_limits(spec: Any) -> dict[str, str]:
     """Narrow the ranges of joints to those of their position drives, and return the narrower ranges as text."""
     mujoco, found = needed("mujoco"), {}
+    at_joint = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)  # the same for hinges and slides
+    whole: dict[str, np.ndarray] = {}
     for drive in spec.actuators:
-        joint = spec.joint(drive.target) if drive.trntype == mujoco.mjtTrn.mjTRN_JOINT else None
+        joint = spec.joint(drive.target) if drive.trntype in at_joint else None
         is_position = drive.biastype == mujoco.mjtBias.mjBIAS_AFFINE and drive.biasprm[1] == -drive.gainprm[0] != 0
         if joint is None or not is_position or drive.gear[0] == 0:
             continue
@@ -159,8 +164,9 @@ def _commanded_limits(spec: Any) -> dict[str, str]:
             given, limited = np.array(drive.actrange), drive.actlimited
         else:
             given, limited = np.array(drive.ctrlrange), drive.ctrllimited
-        if drive.inheritrange > 0 and np.isfinite(hard).all():
-            given = hard.mean() + 0.5 * drive.inheritrange * np.array([-1.0, 1.0]) * np.ptp(hard)
+        inherited = whole.setdefault(joint.name, hard)  # that of the joint, whatever other drives of it narrow
+        if drive.inheritrange > 0 and np.isfinite(inherited).all():
+            given = inherited.mean() + 0.5 * drive.inheritrange * np.array([-1.0, 1.0]) * np.ptp(inherited)
         if limited == mujoco.mjtLimited.mjLIMITED_FALSE or given[0] >= given[1]:
             continue
         low, high = np.sort(given / drive.gear[0])
@@ -315,7 +321,7 @@ def _included(path: Path, root: ElementTree.Element) -> list[Path]:
         here, element = todo.pop()
         for include in (*element.iter("include"), *element.iter("model")):
             for folder in dict.fromkeys((path.parent, here.parent)):
-                file = folder / include.get("file", "")
+                file = folder / include.get("file", "").replace("\\", "/")  # as MuJoCo reads it
                 if file.is_file() and file not in found:  # MuJoCo reports a missing file
                     found.append(file)
                     todo.append((file, _parsed(file)))

@@ -72,11 +72,10 @@ class RobotPlan:
     @property
     def events(self) -> tuple[FingerEvent, ...]:
         """Times at which fingers close and open; empty if the motion only hovers above the table."""
-        commands = self.gripper_commands[len(self.task.robot.folding) :]
-        return tuple(
-            FingerEvent(time=each.time, arm=each.arm, event="close" if each.width == SHUT else "open")
-            for each in commands
-        )
+        arms = len(self.task.robot.folding)
+        words = ["close"] * arms + ["open"] * arms
+        commands = zip(words, self.gripper_commands[arms:], strict=False)
+        return tuple(FingerEvent(time=each.time, arm=each.arm, event=word) for word, each in commands)
 
     @property
     def segments(self) -> tuple[Segment, ...]:

@@ -68,7 +68,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
     for mesh in root.iter("mesh"):
         name = mesh.get("filename", "")
         if "://" not in name:
-            name = str(PurePosixPath(folder) / (PurePosixPath(name).name if strip else name))
+            name = str(PurePosixPath(folder) / (PurePosixPath(name.replace("\\", "/")).name if strip else name))
         mesh.set("filename", keep(name))
     removed = [link.get("name", "") for link in root.findall("link") if _remove_unreadable_inertia(link)]
     soft = {joint.get("name", ""): text for joint in root.findall("joint") if (text := _limit(path, joint))}
@@ -174,10 +174,13 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
     low = max((value for value in (hard[0], *soft[0]) if value is not None), default=None)
     high = min((value for value in (hard[1], *soft[1]) if value is not None), default=None)
     narrower = [low, high] != hard
-    if low is None or high is None:
-        if narrower:
-            raise InputError(f"{path}: joint {joint.get('name')}: must have a lower and an upper limit, given only one")
+    if low is None and high is None:
         return ""
+    low, high = -TURN if low is None else low, TURN if high is None else high
+    if kind == "continuous" and not narrower and low >= high:
+        raise InputError(
+            f"{path}: joint {joint.get('name')}: limits must leave a range within one turn, given {low:g} to {high:g}"
+        )
     if narrower and low >= high:
         raise InputError(
             f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, "

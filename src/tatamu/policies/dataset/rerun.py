@@ -50,9 +50,8 @@ def replay(dataset: Path | str, episode: int) -> Replay:
     env.reset(options={"world": recorded.world})
     now = len(env.outcome()[0])
     if not recorded.vertices == len(final) == now:
-        raise InputError(
-            f"{folder.path}: episode {episode} must have {now} vertices as its garment now, given {recorded.vertices}"
-        )
+        given = recorded.vertices if recorded.vertices != now else len(final)
+        raise InputError(f"{folder.path}: episode {episode} must have {now} vertices as its garment now, given {given}")
     actions = _actions(folder, "lerobot" in about.specification.formats, episode)
     answers = play(env, actions, about.stand)
     reached, score = env.outcome()
