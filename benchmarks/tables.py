@@ -38,7 +38,7 @@ def show(tables: Mapping[str, str | Sequence[Mapping[str, Any]]], write: bool) -
     """Print tables, and put each between the marks of its name in the docs if asked."""
     for name, table in tables.items():
         text = table if isinstance(table, str) else markdown(table)
-        print(f"{text}\n", flush=True)
+        print(f"{name}\n\n{text}\n", flush=True)
         if write:
             publish(name, text)
 

@@ -42,7 +42,7 @@ def tatamu(*arguments: str, cwd: Path | None = None) -> Ended:
 
 
 def refused(*arguments: str, cwd: Path | None = None) -> str:
-    """Return the line on stderr with which `tatamu ARGUMENTS` ends, which is all that it writes; its exit code is 2."""
+    """Return the one line that `tatamu ARGUMENTS` writes on stderr; its exit code is 2."""
     ended = tatamu(*arguments, cwd=cwd)
     assert (ended.returncode, ended.stderr.count("\n")) == (2, 1), ended
     assert ended.stderr.startswith("tatamu: ")

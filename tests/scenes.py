@@ -9,6 +9,7 @@ import numpy as np
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
+from tests.physics.scenes import joined
 
 CLOTH = Material(
     areal_density=0.2,
@@ -30,9 +31,8 @@ def sheet(width: float = 0.1, length: float = 0.2, spacing: float = 0.02, height
 
 def together(*sheets: Cloth) -> Cloth:
     """Sheets that share nothing, as one cloth."""
-    starts = np.cumsum([0, *(len(each.vertices) for each in sheets)])
-    faces = [each.faces + start for each, start in zip(sheets, starts, strict=False)]
-    return Cloth(vertices=np.concatenate([each.vertices for each in sheets]), faces=np.concatenate(faces))
+    vertices, faces, _ = joined([(each.vertices, each.faces) for each in sheets])
+    return Cloth(vertices=vertices, faces=faces)
 
 
 def seamed() -> Cloth:

@@ -136,7 +136,8 @@ def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path
     import dask
     import distributed
 
-    with pytest.raises(InputError, match=r"must have certificates, .*ca-file"):
+    said = r"must have certificates, but Dask's configuration does not contain .*ca-file"
+    with pytest.raises(InputError, match=said):
         with connected("tls://127.0.0.1:9"):
             pass
     with dask.config.set({name: "/nowhere" for name in CERTIFICATES}):

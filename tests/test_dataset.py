@@ -21,6 +21,7 @@ from tatamu.policies.dataset.record import EpisodeRecord, with_shares
 from tatamu.policies.dataset.sources import draw_fold, read_runs
 from tatamu.policies.dataset.states import read_states
 from tatamu.policies.dataset.table import read_records
+from tatamu.study.result import Result
 from tests.refusals import refusal
 from tests.small_studies import bytes_in
 from tests.test_full_disk import files_of
@@ -275,7 +276,7 @@ def test_a_learned_fold_is_shown_with_its_neighbours(folder: Path) -> None:
     runs = read_runs(learned)
     assert len(runs) == 1 and runs[0].source == str(folder)
     drawn = draw_fold(learned, runs, 7)
-    assert drawn.middle is not None and drawn.middle == runs[0].middle and drawn.subject == runs[0].subject
+    assert drawn.middle == Result.load(folder).best.parameters and drawn.subject == runs[0].subject
     assert drawn.subject.garment == "towel" and isinstance(drawn.subject.material, dict)
 
 

@@ -36,7 +36,7 @@ def written(folder: Path, episodes: int) -> Path:
     return file
 
 
-def refused(ended: Ended, words: str) -> None:
+def ended_with(ended: Ended, words: str) -> None:
     """Check that a command ended with exit code 2 and, after its progress, one line that contains the words."""
     assert ended.returncode == 2 and not ended.stdout and "Traceback" not in ended.stderr
     line = ended.stderr.splitlines()[-1]
@@ -74,27 +74,27 @@ def test_a_wrong_field_is_one_line(tmp_path: Path) -> None:
     file = written(tmp_path, 1)
     file.write_text(file.read_text().replace("pixels = 64", "pixels = 63"))
     ended = tatamu("dataset", str(file), "--out", str(tmp_path / "folds"))
-    refused(ended, f"{file}: record.pixels: Input should be a multiple of 2, given 63")
+    ended_with(ended, f"{file}: record.pixels: Input should be a multiple of 2, given 63")
     assert not (tmp_path / "folds").exists()
 
 
 def test_a_missing_codec_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.lerobot.video.CODEC", "libnothing")
     ended = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
-    refused(ended, "must be encoded with libnothing")
+    ended_with(ended, "must be encoded with libnothing")
     assert not (tmp_path / "folds").exists()
 
 
 def test_a_folder_has_one_dataset_at_a_time(tmp_path: Path) -> None:
     command = ["dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds")]
     with DatasetFolder(tmp_path / "folds").locked():
-        refused(tatamu(*command), f"{tmp_path / 'folds'}: another dataset is being made here")
+        ended_with(tatamu(*command), f"{tmp_path / 'folds'}: another dataset is being made here")
 
 
 def test_a_full_disk_is_one_line(tmp_path: Path) -> None:
     with files_of(10_000):
         ended = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
-    refused(ended, ".npz: cannot be written (File too large)")
+    ended_with(ended, ".npz: cannot be written (File too large)")
     assert not list(tmp_path.rglob("*.tmp"))
 
 
@@ -102,9 +102,9 @@ def test_a_dataset_of_another_version_is_one_line(made: Path, tmp_path: Path) ->
     shutil.copytree(made, tmp_path / "folds")
     file = tmp_path / "folds/dataset.json"
     file.write_text(file.read_text().replace('"version": 1', '"version": 2', 1))
-    refused(tatamu("replay", str(tmp_path / "folds"), "0"), f"{file}: version: must be 1, given 2")
+    ended_with(tatamu("replay", str(tmp_path / "folds"), "0"), f"{file}: version: must be 1, given 2")
     again = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
-    refused(again, f"{file}: version: must be 1, given 2")
+    ended_with(again, f"{file}: version: must be 1, given 2")
 
 
 @pytest.mark.slow

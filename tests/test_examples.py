@@ -38,7 +38,7 @@ def main_of(name: str) -> Callable[..., float]:
     return main
 
 
-KEEPS_FILES = ("04_learn_a_fold", "05_your_own_garment")
+KEEPS_FILES = ("04_learn_a_fold", "05_your_own_garment", "13_observe")
 """Examples that are given a folder."""
 
 

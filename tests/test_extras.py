@@ -78,7 +78,7 @@ def test_a_missing_extra_is_named_in_one_line(tmp_path: Path) -> None:
     done = bare(f"import os; os.chdir({str(tmp_path)!r})\n" + COMMAND, "learn", "towel", "--out", "fold")
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
-    assert re.fullmatch(r"tatamu: \w+: .* `pip install 'tatamu\[learn\]'`", line), line
+    assert re.fullmatch(r"tatamu: \w+: must be installed.*; run `pip install 'tatamu\[learn\]'`", line), line
     assert not list(tmp_path.iterdir())
 
 

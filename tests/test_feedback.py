@@ -298,7 +298,7 @@ def test_means_move_scenarios_and_nothing_else() -> None:
     [
         ("left = [1.0]", "left"),
         ("left = [1.0, 'a']", "left.1"),
-        ("left = [5000.0, 0.0]", "left: must be two numbers .* from -500 to 500 mm"),
+        ("left = [5000.0, 0.0]", r"left: must be two numbers \(along and across the fold\) from -500 to 500 mm"),
         ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain the left corner"),
         ("middle = [1.0, 2.0]", "middle"),
         ("failed = false", "must contain at least one distance"),
@@ -382,7 +382,11 @@ def test_correct_says_that_nothing_is_written(learned: Result) -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"left": (12, -3)}, "left: must be two numbers .* from -0.5 to 0.5 m.*, given 12, -3"),
+        (
+            {"left": (12, -3)},
+            r"left: must be two numbers \(along and across the fold\) from -0\.5 to 0\.5 m, the size of the cloth, "
+            "given 12, -3",
+        ),
         ({"right": (0.6, 0.0)}, "right: must be .* given 0.6, 0.0"),
         ({"slip": (0.01,)}, "slip: must be two numbers"),
         ({"slip": 0.01}, "slip: must be two numbers .* from .*, given 0.01"),

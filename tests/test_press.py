@@ -96,7 +96,7 @@ def test_a_wrong_press_is_one_line(tmp_path: Path, press: str, says: str) -> Non
 
 
 def test_a_gap_without_room_for_the_layers_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"press\.gap: must be at least 4 mm, .*given 3 mm"):
+    with pytest.raises(InputError, match=r"press\.gap: must be at least 4 mm, the thickness of all layers, given 3 mm"):
         task(tmp_path, "gap = 0.003")
 
 

@@ -9,7 +9,7 @@ from tests.test_structure import SOURCE
 
 ROOT = SOURCE.parents[1]
 GROWTH = 1.03
-CODE, DOCSTRINGS, CHECKS = 31_700, 8_640, 27_500
+CODE, DOCSTRINGS, CHECKS = 31_700, 8_580, 27_500
 """Lines of code and of docstrings in src, and lines of code in tests, benchmarks and studies together."""
 
 

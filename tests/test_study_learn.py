@@ -234,7 +234,7 @@ def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.
     [
         ({"seed": 1}, "seed is 0 there, 1 here"),
         ({"sampler": "random"}, 'sampler is "gp" there'),
-        ({"trials": 3}, "trials: must be at least 6, .*given 3"),
+        ({"trials": 3}, "trials: must be at least 6, the number of trials in .*, given 3"),
     ],
 )
 def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:

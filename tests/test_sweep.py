@@ -19,6 +19,7 @@ from tatamu.sweep.table import LiveTable, counts, varied, write_parquet
 from tests.browser import Phone
 from tests.commands import refused, tatamu
 from tests.fabricated import write_fold
+from tests.foreign import written
 from tests.refusals import refusal
 
 GRID = """
@@ -32,11 +33,6 @@ seed = [0, 1]
 name = "alone"
 spacing = 0.04
 """
-
-
-def written(path: Path, text: str) -> Path:
-    path.write_text(text)
-    return path
 
 
 def learned(options: dict[str, Any], folder: Path, progress: Callable[[Any], None]) -> None:
@@ -63,7 +59,7 @@ def test_options_of_a_task_are_those_of_learn() -> None:
 
 
 def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
+    tasks = read_sweep(written(tmp_path, "sweep.toml", GRID), TaskRequest)
     assert [(task.options.get("size"), task.options.get("seed")) for task in tasks] == [
         ("0.24x0.5", 0),
         ("0.24x0.5", 1),
@@ -72,7 +68,7 @@ def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
         (None, None),
     ]
     assert tasks[-1].name == "alone" and len({task.name for task in tasks}) == 5
-    more = read_sweep(written(tmp_path / "sweep.toml", GRID.replace("trials = 2", "trials = 9")), TaskRequest)
+    more = read_sweep(written(tmp_path, "sweep.toml", GRID.replace("trials = 2", "trials = 9")), TaskRequest)
     assert [task.name for task in more] == [task.name for task in tasks], "trials may grow"
 
 
@@ -94,7 +90,7 @@ def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, said: str) -> None:
-    message = refusal(read_sweep, written(tmp_path / "sweep.toml", text), TaskRequest)
+    message = refusal(read_sweep, written(tmp_path, "sweep.toml", text), TaskRequest)
     assert re.search(said, message) and "sweep.toml" in message
 
 
@@ -102,13 +98,13 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, text: str, said: st
     "wrong", ['garment = "towl"', 'garment = "towel"\nsize = "x"', 'garment = "towel"\ntrials = 0']
 )
 def test_a_task_that_cannot_be_is_refused_before_anything_is_made(tmp_path: Path, wrong: str) -> None:
-    file = written(tmp_path / "sweep.toml", f'[[task]]\ngarment = "towel"\n[[task]]\n{wrong}\n')
+    file = written(tmp_path, "sweep.toml", f'[[task]]\ngarment = "towel"\n[[task]]\n{wrong}\n')
     assert "sweep.toml" in refused("sweep", str(file), "--out", str(tmp_path / "out"))
     assert not (tmp_path / "out").exists()
 
 
 def test_a_task_that_fails_does_not_end_the_sweep(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
+    tasks = read_sweep(written(tmp_path, "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
 
     def fails(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
@@ -131,7 +127,7 @@ def test_a_task_that_fails_does_not_end_the_sweep(tmp_path: Path) -> None:
 
 
 def test_complete_tasks_are_left_alone_and_others_go_on(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
+    tasks = read_sweep(written(tmp_path, "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
     asked: list[str] = []
 
@@ -156,7 +152,7 @@ def test_complete_tasks_are_left_alone_and_others_go_on(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at_a_time", [1, 3])
 def test_what_is_gone_ends_the_sweep_and_what_was_finished_is_kept(tmp_path: Path, at_a_time: int) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
+    tasks = read_sweep(written(tmp_path, "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
 
     def gone(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
@@ -172,7 +168,7 @@ def test_what_is_gone_ends_the_sweep_and_what_was_finished_is_kept(tmp_path: Pat
 
 
 def test_a_folder_has_one_sweep_at_a_time(tmp_path: Path) -> None:
-    tasks = read_sweep(written(tmp_path / "sweep.toml", GRID), TaskRequest)
+    tasks = read_sweep(written(tmp_path, "sweep.toml", GRID), TaskRequest)
     folder = SweepFolder(tmp_path / "out")
 
     def within(options: dict[str, Any], path: Path, progress: Callable[[Any], None]) -> None:
@@ -257,7 +253,7 @@ def test_the_live_table_shows_what_runs_first() -> None:
 def test_the_command_learns_and_goes_on(tmp_path: Path) -> None:
     options = 'garment = "towel"\nsize = "0.24x0.5"\nspacing = 0.04\ntrials = 2\nbaselines = false'
     text = f"[all]\n{options}\n[grid]\nseed = [0, 1]\n"
-    file = written(tmp_path / "sweep.toml", text)
+    file = written(tmp_path, "sweep.toml", text)
     for _ in range(2):
         done = tatamu("sweep", str(file), "--out", str(tmp_path / "out"))
         assert done.returncode == 0 and "2 tasks: 2 complete" in done.stdout, done.stderr

@@ -38,7 +38,6 @@ from tests.physics.manipulations import half_fold_target
 from tests.physics.plate import falling, hanging
 from tests.physics.references import catenary, hang_displacement, off_axis_stiffness, shear_sag
 from tests.physics.report import run
-from tests.physics.scenes import on_incline
 from tests.physics.subject import Subject
 
 Question = Callable[[Subject], Findings]
@@ -75,7 +74,9 @@ def falls_in_air(scene: Scene, time: float, faster: float = 1.0) -> np.ndarray:
     start = scene.cloth.vertices
     tilt = float(np.arctan2(start[0, 2] - start[-1, 2], start[-1, 0] - start[0, 0]))
     across, along = falling(scene.material, tilt, scene.gravity)
-    return start + on_incline(faster * np.array([[along.distance(time), 0.0]]), -faster * across.distance(time), tilt)
+    normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    slope = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
+    return start - faster * across.distance(time) * normal + faster * along.distance(time) * slope
 
 
 def swings_in_air(scene: Scene, time: float, slower: float = 1.0, drag: float = 1.0) -> np.ndarray:
@@ -168,7 +169,7 @@ def slides(scene: Scene, time: float, rougher: float = 1.0, creep: float = 0.0) 
     tilt = scene.table.tilt
     pull = np.sin(tilt) - rougher * scene.material.friction_table * np.cos(tilt)
     way = 0.5 * max(0.0, scene.gravity * pull) * time**2 + creep * time
-    return scene.cloth.vertices + on_incline(np.array([[way, 0.0]]), 0.0, tilt)
+    return scene.cloth.vertices + way * np.array([np.cos(tilt), 0, -np.sin(tilt)])
 
 
 def layers_slide(scene: Scene, time: float, rougher: float = 1.0) -> np.ndarray:

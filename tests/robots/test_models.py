@@ -130,7 +130,7 @@ def test_kinematics_that_differ_from_mujocos_are_refused_with_the_distance(
         return replace(chain, rest=chain.rest + 0.001)
 
     monkeypatch.setattr(Chain, "of", wrong)
-    with pytest.raises(InputError, match=r"robot pair: larm: .* given 0\.\d+ mm"):
+    with pytest.raises(InputError, match=r"robot pair: larm: .* MuJoCo, given 0\.\d+ mm"):
         check_kinematics(robot)
 
 
@@ -151,8 +151,8 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
         text = "\n".join(line.rsplit(", ", 2)[0] + "]" if line.startswith(field) else line for line in text.split("\n"))
         assert last in text
     path.write_text(text)
-    said = refusal(load, str(path))
-    assert "larm: joints must be at least 5" in said and "given 4" in said
+    why = "three for the position of the hand, two for the direction of the jaws"
+    assert f"larm: joints must be at least 5 ({why}), given 4" in refusal(load, str(path))
 
 
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:
