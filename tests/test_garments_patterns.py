@@ -95,9 +95,10 @@ def test_the_header_gives_the_unit_where_no_text_does(code: int, metres: float, 
     assert front.reading == f"read in {name} (DXF, $INSUNITS {code})"
 
 
-def test_the_text_of_a_pattern_goes_before_the_header(tmp_path: Path) -> None:
+@pytest.mark.parametrize("unit", ["70\n1", "40\n1e400"])
+def test_the_text_of_a_pattern_goes_before_the_header(tmp_path: Path, unit: str) -> None:
     path = aama_dxf(tmp_path)
-    header = "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n9\n$INSUNITS\n70\n1\n0\nENDSEC\n"
+    header = f"0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n9\n$INSUNITS\n{unit}\n0\nENDSEC\n"
     path.write_text(header + path.read_text())
     assert described(path, 'piece = "FRONT"').size == pytest.approx((0.54, 0.46), abs=1e-4)
 

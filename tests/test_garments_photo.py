@@ -113,6 +113,9 @@ def test_no_picture_is_refused(tmp_path: Path) -> None:
         InputError, match=r"save it as JPEG or PNG, for example with `heif-convert photo.HEIC photo\.png`"
     ):
         find_outline(tmp_path / "photo.HEIC")
+    (tmp_path / "my photo;x.heic").write_bytes(b"no picture")
+    with pytest.raises(InputError, match=r"`heif-convert 'my photo;x\.heic' 'my photo;x\.png'`"):
+        find_outline(tmp_path / "my photo;x.heic")
     (tmp_path / "photo.jpg").write_bytes(b"\0\0\0\x1cftypheic\0\0\0\0mif1heic")  # as phones name them after sending
     with pytest.raises(InputError, match=r"heif-convert photo\.jpg photo\.png"):
         find_outline(tmp_path / "photo.jpg")

@@ -176,8 +176,9 @@ def test_a_clip_path_leaves_the_common_part(sides: list[int], hole: bool) -> Non
     assert sorted(found) == pytest.approx(sorted(expected), rel=1e-6)
 
 
-def test_an_open_line_is_cut_by_a_clip_path() -> None:
-    clip = '<clipPath id="k"><rect width="100" height="440"/></clipPath>'
+@pytest.mark.parametrize("opacity", ["1", "0"])
+def test_an_open_line_is_cut_by_a_clip_path_whatever_its_opacity(opacity: str) -> None:
+    clip = f'<clipPath id="k"><rect width="100" height="440" opacity="{opacity}"/></clipPath>'
     assert boxes(f'{clip}<line clip-path="url(#k)" x1="20" y1="9" x2="300" y2="9"/>') == [[20, 9, 100, 9]]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from importlib import import_module, util
 from typing import Any
 
 from tatamu.base.errors import InputError
@@ -39,6 +39,12 @@ def needed(module: str, extra: str) -> Any:
         return import_module(module)
     except ModuleNotFoundError as error:
         raise lacking((error.name or module).partition(".")[0], extra) from None
+
+
+def require(module: str, extra: str, use: str, package: str = "") -> None:
+    """Raise an InputError if a module is not installed that `use` needs; `package` contains the module."""
+    if util.find_spec(module) is None:
+        raise lacking(package or module, extra, use)
 
 
 def lacking(package: str, extra: str, use: str = "") -> InputError:

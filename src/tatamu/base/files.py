@@ -250,7 +250,7 @@ def _size(member: IO[bytes], unpacked: int, name: str) -> int:
     shape, _, dtype = read(member)
     numbers = "fiub"  # numpy's letters for floating point numbers, integers and booleans
     if dtype.kind not in numbers and not (dtype.kind == "U" and shape == ()):
-        raise ValueError(f"{name} has the type {dtype}")
+        raise ValueError(f"{name} must be numbers, given {dtype}")
     size = dtype.itemsize * math.prod(shape)
     if min(shape, default=0) < 0 or member.tell() + size != unpacked:
         raise ValueError(f"{name} does not have the size that its header states")

@@ -54,16 +54,16 @@ def _of_fit(calibration: Calibration, fit: Fit) -> list[str]:
         return _left_out(calibration, fit) if fit.bound else []
     value = getattr(calibration.material, fit.parameter)
     kept = fit.alone is not None and fit.alone != value  # the assumed value satisfies the bound of the test
-    texts = []
+    said = []
     if not kept and abs(fit.simulated - fit.aim) > fit.uncertainty:
-        texts.append(
+        said.append(
             f"{fit.test}: {calibration.simulator} reaches only {_shown(fit, fit.simulated)}, but the reading asks for "
             f"{_shown(fit, fit.aim)}, so {SYMBOLS[fit.parameter]} is {fit.bound} "
             f"{f'{value:.3g} {filed(KNOWN[fit.parameter].unit)}'.strip()}. Is the reading right?"
         )
         if fit.aim == fit.measured:  # the simulator cannot reproduce the reading
-            return texts
-    return texts + test.advice(calibration, fit)
+            return said
+    return said + test.advice(calibration, fit)
 
 
 def _shown(fit: Fit, value: float) -> str:

@@ -11,7 +11,7 @@ from tatamu.calibration.friction import SLIDING, Slope
 from tatamu.calibration.parameters import KNOWN, PLACE, SYMBOLS
 from tatamu.calibration.readings import Reading
 from tatamu.calibration.result import Calibration, rounded
-from tatamu.calibration.test import RestTest, texts
+from tatamu.calibration.test import RestTest
 from tatamu.show import quantity
 from tatamu.show.chart import Chart, Plot, axis, band, dots, line, log_axis, note, traces
 from tatamu.show.page import render
@@ -52,7 +52,7 @@ def _shown_fit(calibration: Calibration, fit: Fit) -> dict[str, str]:
     alone = f" Alone it says {f'{fit.bound} ' if fit.bound else ''}{1e6 * beside:.4g} µN m." if beside else ""
     return {
         "name": fit.test,
-        "title": texts(fit.test)["title"],
+        "title": test.texts["title"],
         "sentence": test.sentence(fit) + alone,
         "symbol": SYMBOLS[fit.parameter],
         "relation": "is" if fit.bound else "=",
@@ -87,7 +87,7 @@ def _chart(calibration: Calibration, fit: Fit) -> Plot:
     factor = quantity.factor(KNOWN[fit.parameter].unit)
     label = KNOWN[fit.parameter].label
     x = factor * np.array([sample[0] for sample in fit.samples])
-    read, unit = texts(fit.test)["read"], quantity.usual(fit.unit)
+    read, unit = test.texts["read"], quantity.usual(fit.unit)
     scale = quantity.factor(unit)
     y = scale * np.array([sample[1] for sample in fit.samples])
     low = scale * (fit.measured - fit.uncertainty)

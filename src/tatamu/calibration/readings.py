@@ -97,7 +97,7 @@ class Errors(Record):
     """Standard deviation of the angle that remains in a crease [degrees]."""
 
 
-ERROR_UNITS = {"mass": "kg", "time": "s", "swings": "-"}
+ERROR_UNITS = {"time": "s", "swings": "-"}
 """Units of the fields of `Errors` for readings; m for others."""
 
 

@@ -100,7 +100,7 @@ class Sag(ElasticTest):
         if along < least * test.free_length:
             raise InputError(
                 f"sag: free_length must be at most {along / least:.2f} m for edge {entry.edge}, which is "
-                f"{along / least:.2f} m long, given {test.free_length:g} m; choose a longer edge"
+                f"{along:.2f} m long, given {test.free_length:g} m; choose a longer edge"
             )
         return test
 

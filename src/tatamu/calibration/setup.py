@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tatamu.calibration.measurements import TESTS, Measurements
-from tatamu.calibration.test import CalibrationTest, Specimen, texts
+from tatamu.calibration.test import CalibrationTest, Specimen
 from tatamu.garments import GARMENTS, Garment, make_garment
 from tatamu.simulation.material import Material, load_material
 from tatamu.simulation.mesh.topology import areas
@@ -42,7 +42,7 @@ class Setup:
             return f"{simulator} {why}"
         made = [self.tests[name] for name in test.yields_to if name in self.tests]
         if any(other.unusable(simulator) is None for other in made):
-            return f"as {texts(test.name)['yields_because']}"
+            return f"as {test.texts['yields_because']}"
         return None
 
 

@@ -77,7 +77,7 @@ class SwungTest(LaterTest):
 
     def __post_init__(self) -> None:
         if self.aside > 0.7 * self.hung.length:
-            hangs = f"the length that hangs from that edge ({self.hung.length:.2f} m)"
+            hangs = f"the length below the held edge ({self.hung.length:.2f} m)"
             raise InputError(f"{self.name}: aside must be at most 0.7 times {hangs}, given {self.aside:g} m")
 
     @classmethod

@@ -55,8 +55,8 @@ class Located:
     def describe(self) -> dict[str, Any]:
         """Return the contents of the JSON file."""
         place = self.place
-        length, width = self.fit.shape.size.tolist()
-        learned = {"size": [width, length], "area": float(self.fit.shape.polygon.area)}
+        shape = self.fit.shape
+        learned = {"size": shape.size[::-1].tolist(), "area": float(shape.polygon.area)} if self.learned else None
         return {
             "version": 1,
             "garment": self.garment,
@@ -70,7 +70,7 @@ class Located:
             "corners": {name: point.tolist() for name, point in self.corners.items()},
             "outline": self.outline.round(5).tolist(),
             "outline_rms": self.rms,
-            "learned": learned if self.learned else None,
+            "learned": learned,
         }
 
     def comparison(self) -> list[str]:

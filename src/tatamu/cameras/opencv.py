@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import Any
 
-from tatamu.base.extras import lacking
+from tatamu.base.extras import require
 
 
 def opencv() -> Any:
     """Return the module `cv2`; raise InputError if it is not installed."""
-    if find_spec("cv2") is None:
-        raise lacking("opencv-python-headless", "photo", "photographs")
+    require("cv2", "photo", "photographs", "opencv-python-headless")
     import cv2
 
     return cv2

@@ -121,7 +121,7 @@ class FoldReader:
             InputError: If the fold uses a single hand, or no cloth is found.
         """
         if fold.hands != 2:
-            raise InputError("fold: must use two hands, because a photo shows two corners of the hem, given one hand")
+            raise InputError("fold: must use two hands to be read from a photo, given one")
         self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
         self._hem = {"left": int(fold.left[0]), "right": int(fold.right[0])}  # vertices at the moved hem's corners
         self._edge = find_cloth(photograph).points

@@ -51,8 +51,8 @@ def learn(
     after: list[Path] | None = typer.Option(
         None,
         metavar="RUN",
-        help="Start from a measured fold, with 20 trials and the disturbances that remain; repeatable for "
-        "folds of the same set-up.",
+        help="Start from a fold that `tatamu observe` has measured, with 20 trials and the errors that it estimated; "
+        "repeatable for folds of the same set-up.",
     ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,

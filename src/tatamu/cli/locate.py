@@ -10,7 +10,15 @@ import typer
 
 from tatamu.base.errors import InputError
 from tatamu.base.size import parse_size
-from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
+from tatamu.cli.photographs import (
+    BoardOption,
+    CornerOption,
+    JoinOption,
+    LensOption,
+    PictureOption,
+    SheetOption,
+    scale_of,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,12 +46,8 @@ def locate(
     ),
     lens: LensOption = None,
     corner: CornerOption = None,
-    join: bool = typer.Option(
-        False, "--join", help="Take everything that differs from the table as the cloth, not only the largest part."
-    ),
-    picture: Path | None = typer.Option(
-        None, metavar="PICTURE", help="Photo with the findings drawn on top, .png or .jpg."
-    ),
+    join: JoinOption = False,
+    picture: PictureOption = None,
     from_above: Path | None = typer.Option(
         None, metavar="PICTURE", help="Picture of the table from straight above, .png or .jpg."
     ),

@@ -14,7 +14,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import check_targets, write_text
 from tatamu.cli.locate import parse_corners
 from tatamu.cli.options import SchedulerOption
-from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, SheetOption, scale_of
+from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, PictureOption, SheetOption, scale_of
 
 if TYPE_CHECKING:
     from tatamu.after.feedback import Feedback, MeasuredFold
@@ -58,9 +58,7 @@ def observe(
     ),
     lens: LensOption = None,
     corner: CornerOption = None,
-    picture: Path | None = typer.Option(
-        None, metavar="PICTURE", help="Photo with the readings drawn on top, .png or .jpg."
-    ),
+    picture: PictureOption = None,
     template: Path | None = typer.Option(None, metavar="FILE.toml", help="Only write an empty form, to be filled in."),
     scheduler: SchedulerOption = None,
 ) -> None:
@@ -196,8 +194,8 @@ def _feedback(learned: Result, again: bool, scheduler: str | None, run: Callable
 
     path = learned.folder or Path()
     place = FeedbackFolder.of(path)
-    if again and not place.files():
-        raise InputError(f"{path}: has no measured fold; run `tatamu observe {path} --left A,B --right A,B` first")
+    if again:
+        place.require_measured(path)
     with executor_at(scheduler) as executor:
         if executor is None and not place.has_draws:
             prepare(learned.simulator)

@@ -7,6 +7,7 @@ from pathlib import Path
 import typer
 
 from tatamu.base.errors import InputError
+from tatamu.cli.photographs import JoinOption
 
 
 def outline(
@@ -29,11 +30,7 @@ def outline(
         metavar="NAME",
         help="tshirt: also find the hem, sleeves and neck, and write a garment file of two layers.",
     ),
-    join: bool = typer.Option(
-        False,
-        "--join",
-        help="Take everything that differs from the table as the garment, for a garment in several colours.",
-    ),
+    join: JoinOption = False,
 ) -> None:
     """Find the outline of a garment in a photo, and draw the outline on the photo for you to check.
 

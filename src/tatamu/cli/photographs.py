@@ -21,7 +21,15 @@ SheetOption = Annotated[
 LensOption = Annotated[Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")]
 CornerOption = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME=X,Y", help="Pixel of a corner that was found in the wrong place; repeatable."),
+    typer.Option(metavar="NAME=X,Y", help="True pixel of a corner that was found elsewhere; repeatable."),
+]
+
+JoinOption = Annotated[
+    bool,
+    typer.Option("--join", help="Take everything that differs from the table as the cloth, not only the largest part."),
+]
+PictureOption = Annotated[
+    Path | None, typer.Option(metavar="PICTURE", help="Photo with what was found drawn on top, .png or .jpg.")
 ]
 
 

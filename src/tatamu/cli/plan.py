@@ -78,7 +78,7 @@ def plan(
     robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
     outs = {name: out if len(chosen) == 1 else out / loaded.name for name, loaded in robots.items()}
     if len(set(outs.values())) < len(outs):
-        raise InputError("--robot: must be different names, given a name twice")
+        raise InputError("--robot: must be robots with different names, given two of one name")
     for path in outs.values():
         check_out(path)
     own = load(learned_for).name if learned_for is not None else None

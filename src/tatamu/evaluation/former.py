@@ -16,7 +16,7 @@ from tatamu.search import Parameters, Search, Space
 
 
 def _warn(former: str, present: str) -> None:
-    warnings.warn(f"{former} is gone: {present}", FutureWarning, stacklevel=3)
+    warnings.warn(f"{former} is a former name: {present}", FutureWarning, stacklevel=3)
 
 
 def Disturbed(inner: Nominal, disturbances: Disturbances, *_: Any, **__: Any) -> Scenarios:

@@ -22,14 +22,14 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from tatamu.folding import layers
 from tatamu.folding.grasps import links_within
 from tatamu.folding.layout import Layout
 from tatamu.garments import Garment
-from tatamu.simulation.mesh.topology import Topology, areas, lumped
+from tatamu.simulation.mesh.topology import Topology, areas, connected, lumped
 
 OFF = 0.0125
 """Maximum distance from its target at which cloth counts as folded [m] (BiFold 2025). Cloth at a distance d from the
@@ -95,10 +95,9 @@ def uncarried(layout: Layout, hands: tuple[np.ndarray, ...]) -> tuple[Part, ...]
     least = 0.01 * float(weight[layout.split()[0] < 0].sum())  # smaller parts are not reported
     edges = np.concatenate([Topology(garment.faces).edges, _stacked(state, missed, garment.spacing)])
     links = links_within(edges, missed, len(state))
-    graph = csr_array((np.ones(len(links)), links.T), shape=(len(missed), len(missed)))
-    number, label = connected_components(graph, directed=False)
+    part = connected(links, len(missed))
     parts = []
-    for vertices in (missed[label == each] for each in range(number)):
+    for vertices in (missed[part == each] for each in np.unique(part)):
         area = float(weight[vertices].sum())
         if area >= least and hold.lost[vertices].any():
             plan = state[vertices, :2]
@@ -155,8 +154,7 @@ class _Cloth:
         columns = np.concatenate([edges[:, 1], edges[:, 0], stacked[:, 1]])
         values = np.concatenate([lengths, lengths, np.full(len(stacked), 1e-9)])
         graph = csr_array((values, (rows, columns)), shape=(count, count))
-        mesh = csr_array((np.ones(len(edges)), edges.T), shape=(count, count))
-        pieces = np.where(moving, connected_components(mesh, directed=False)[1], -1)
+        pieces = np.where(moving, connected(edges, count), -1)
         places = np.column_stack([across, along])
         triangles = garment.faces[moving[garment.faces].any(axis=1)]
         return cls(places, moving, vertex_areas(garment), pieces, graph, triangles, garment.spacing)

@@ -6,12 +6,11 @@ Grasp candidates are the vertices that a hand may grasp, from the garment's corn
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from tatamu.base.errors import InputError
 from tatamu.folding.layout import Layout
 from tatamu.folding.plan import AUTO
+from tatamu.simulation.mesh.topology import connected
 
 APART = 1.05
 """Distance between layers that fingers press together, in thicknesses of the cloth."""
@@ -123,9 +122,7 @@ def outermost(across: np.ndarray, along: np.ndarray, links: np.ndarray, spacing:
 
     `across` [m] is lower for outer vertices, and `links`, shape (e, 2), join the vertices of a layer.
     """
-    count = len(across)
-    graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(count, count))
-    _, layer = connected_components(graph, directed=False)
+    layer = connected(links, len(across))
     # two vertices of a layer form a row across the edge of the cloth
     behind = (layer[:, None] == layer[None, :]) & (np.abs(along[:, None] - along[None, :]) < 0.55 * spacing)
     behind &= across[None, :] < across[:, None] - 0.1 * spacing

@@ -257,7 +257,7 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: must reach {name}, but {reach.robot} reaches 0 of {len(refusals)} typical folds; the first: "
+        f"robot: must reach {name}, but {reach.robot} reaches none of {len(refusals)} typical folds; in the first: "
         f"{refusals[0]}"
     )
 

@@ -63,7 +63,7 @@ def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     if depth >= 100:
         raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
     if count > most:
-        raise InputError(f"outline: must have at most {most} elements and coordinates of paths; simplify the drawing")
+        raise InputError(f"outline: must have at most {most} elements and path coordinates; simplify the drawing")
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
@@ -148,10 +148,10 @@ def _region(loop: DrawnCurve) -> shapely.Geometry:
 
 def distinct(names: Sequence[str]) -> list[str]:
     """Return different names, by numbering repeated ones."""
-    found: list[str] = []
+    found: dict[str, None] = {}  # quicker to look up than a list
     for name in names:
-        found.append(numbered(name, found))
-    return found
+        found[numbered(name, found)] = None
+    return list(found)
 
 
 def chosen(drawing: DrawnPieces, name: str | None, scale: float) -> Piece:

@@ -49,7 +49,7 @@ def read_dxf(path: Path) -> DrawnPieces:
     with opened(path, MAX_DRAWING), foreign(path, "a DXF file"):
         document = readfile(path)
         _check_unpacked(document)
-        return _pieces(document, b"$INSUNITS" in read_bytes(path, MAX_DRAWING))
+        return _pieces(document, path)
 
 
 def _check_unpacked(document: Any) -> None:
@@ -72,8 +72,7 @@ def _check_unpacked(document: Any) -> None:
     size("", ())
 
 
-def _pieces(document: Any, has_unit: bool) -> DrawnPieces:
-    # A file without a header states no unit: the unit is then unknown, even if the reader has a default.
+def _pieces(document: Any, path: Path) -> DrawnPieces:
     from ezdxf.disassemble import recursive_decompose
 
     space = document.modelspace()
@@ -83,7 +82,7 @@ def _pieces(document: Any, has_unit: bool) -> DrawnPieces:
         shown = [(block.name, block) for block in document.blocks if not block.is_any_layout]
     blocks = [(one_line(name), list(recursive_decompose(entities))) for name, entities in shown]
     everything = [*loose, *(entity for _, block in blocks for entity in block)]
-    unit = _unit(everything, int(document.units) if has_unit else 0)
+    unit = _unit(everything, document, path)
     pieces = _pattern(blocks, loose, unit.metres)
     if not pieces:
         curves = [curve for layer in _layers(loose, unit.metres).values() for curve in layer]
@@ -101,14 +100,16 @@ def _texts(entities: Iterable[Any]) -> list[str]:
     ]
 
 
-def _unit(entities: list[Any], code: int) -> Unit:
-    """Return the unit of a drawing. One in a text overrides the `code` of $INSUNITS, which many programs do not set."""
+def _unit(entities: list[Any], document: Any, path: Path) -> Unit:
+    """Return the unit of a drawing. One in a text overrides $INSUNITS, which many programs do not set."""
     from ezdxf.enums import InsertUnits
     from ezdxf.units import conversion_factor
 
     if stated := _stated(_texts(entities), r"\s*UNITS\s*:\s*(METRIC|ENGLISH)\s*"):
         metres, name = {"METRIC": (1e-3, "millimetres"), "ENGLISH": (0.0254, "inches")}[stated.upper()]
         return Unit(metres, name, f"DXF of a pattern, UNITS: {stated.upper()}")
+    # A file without a header states no unit: the unit is then unknown, even if the reader has a default.
+    code = int(document.units) if b"$INSUNITS" in read_bytes(path, MAX_DRAWING) else 0
     if code == 0:
         return Unit(1e-3, "millimetres", "assumed: the DXF states no unit")
     try:

@@ -42,7 +42,7 @@ def load_garment(
         return replace(made, own=True, kind=given.kind or "")
     except InputError as error:
         text = str(error)
-        raise InputError(text if text.startswith(one_line(str(source))) else f"{source}: {text}") from None
+        raise InputError(text if text.startswith(one_line(f"{source}:")) else f"{source}: {text}") from None
 
 
 def files_of(path: Path) -> list[Path]:

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
@@ -17,7 +15,7 @@ from tatamu.base.files import MIB, foreign, read_bytes
 from tatamu.garments.glbfile import parse_glb
 from tatamu.garments.objfile import MAX_TRIANGLES, TriangleMesh, parse_obj
 from tatamu.garments.plyfile import parse_ply
-from tatamu.simulation.mesh.topology import Topology, areas, longest_sides
+from tatamu.simulation.mesh.topology import Topology, areas, connected, longest_sides
 
 MAX_COORDINATE = 1e9
 """Largest allowed coordinate in a mesh file, in the file's unit."""
@@ -77,12 +75,6 @@ def _places(vertices: np.ndarray) -> np.ndarray:
     near = max(1e-5 * float(np.ptp(vertices, axis=0).max()), 1e-12)
     _, first, cell = np.unique(np.round(vertices / near), axis=0, return_index=True, return_inverse=True)
     return connected(cKDTree(vertices[first]).query_pairs(near, output_type="ndarray"), len(first))[cell.ravel()]
-
-
-def connected(pairs: np.ndarray, count: int) -> np.ndarray:
-    """Return the index of the connected part to which each of `count` things belongs, from pairs of neighbours."""
-    joined = csr_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
-    return np.asarray(connected_components(joined, directed=False)[1])
 
 
 def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:

@@ -60,7 +60,7 @@ def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
     count = sum(len(curve) for curve in curves.values())
     if count > MAX_VERTICES // 2:
         raise InputError(
-            f"outline: must have at most {MAX_VERTICES // 2} points in its mesh, given {count}; simplify the drawing"
+            f"outline: must have at most {MAX_VERTICES // 2} points on its border, given {count}; simplify the drawing"
         )
     border = shapely.unary_union([shapely.LineString(curve) for curve in curves.values()])
     if shapely.minimum_clearance(border) < 0.01 * spacing:  # edges would be too short

@@ -65,7 +65,7 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if paths:
         holes = counted([shapely.Polygon(garment.unstrained[path, :2]) for path in paths], "hole")
-        notes.append(f"{holes}, where closed curves lie inside the outline; holes = false leaves the holes out")
+        notes.append(f"{holes}, from closed curves inside the outline; holes = false fills them with cloth")
     return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
 
 
@@ -147,7 +147,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     covered = shapely.covers(outer, inner)
     marks, kept = inner[small & ~covered], ~small | covered
     inner = inner[kept]
-    notes = [f"left out: {counted(marks, 'closed curve')} across the outline"] if len(marks) else []
+    notes = [f"left out, because they cross the outline: {counted(marks, 'closed curve')}"] if len(marks) else []
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
         raise InputError("outline: must occur once in the drawing, given two copies")
     if not covered[kept].all():

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from scipy.ndimage import binary_closing, binary_erosion, binary_fill_holes, bin
 from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
-from tatamu.base.extras import lacking
+from tatamu.base.extras import require
 from tatamu.garments.picture import read_picture
 from tatamu.garments.robust import robust_fit
 
@@ -168,8 +167,7 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
     Raises:
         InputError: If scikit-image is missing, the file is not a picture, or no garment differs from a plain table.
     """
-    if find_spec("skimage") is None:
-        raise lacking("scikit-image", "photo", "photos")
+    require("skimage", "photo", "photos", "scikit-image")
     picture = read_picture(path)
     pixels = picture.pixels
     reduced = reduction(pixels)
@@ -260,8 +258,8 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
     if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
         raise InputError(
-            "sheet: must have corners that put the whole garment on the table, given a garment beyond "
-            "the horizon; give other corners"
+            "sheet: corners must put the whole garment on the table, but put a part of it beyond the horizon; give "
+            "other corners"
         )
     return np.asarray(moved[:, :2] / moved[:, 2:])
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import io
+import shlex
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.extras import lacking
+from tatamu.base.extras import require
 from tatamu.base.files import MIB, foreign, read_bytes
 
 MAX_PICTURE = 256 * MIB
@@ -100,8 +100,8 @@ def _opened(data: bytes, path: Path) -> Any:
         if data[:4] in (b"II*\0", b"MM\0*"):
             return None
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
-        command = f"`heif-convert {path.name} {path.stem}.png`"
-        hint = f"; save it as JPEG or PNG, for example with {command}" if phone else ""
+        command = shlex.join(["heif-convert", path.name, f"{path.stem}.png"])
+        hint = f"; save it as JPEG or PNG, for example with `{command}`" if phone else ""
         raise InputError(
             f"{path}: must be a picture in JPEG, PNG, WEBP, BMP, TIFF or GIF, given another file{hint}"
         ) from None
@@ -119,8 +119,7 @@ def _tiff_size(data: bytes) -> tuple[int, int]:
 
 def _decoded(data: bytes) -> np.ndarray:
     """Return a picture with more than 8 bits as red, green, blue, shape (h, w, channels)."""
-    if find_spec("cv2") is None:
-        raise lacking("opencv-python-headless", "photo", "photos with more than 8 bits for each colour")
+    require("cv2", "photo", "photos with more than 8 bits for each colour", "opencv-python-headless")
     import cv2
 
     log: Any = cv2.utils.logging

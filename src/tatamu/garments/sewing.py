@@ -9,11 +9,10 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.garments.garment import Garment, check_size, check_spacing, default_spacing, largest_spacing
-from tatamu.garments.meshfile import connected
 from tatamu.garments.outline import Outline
 from tatamu.garments.panel import Panel, panel, without_chords
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.topology import Topology, among
+from tatamu.simulation.mesh.topology import Topology, among, connected
 
 
 def one_layer(name: str, outline: Outline, material: Material, spacing: float | None = None) -> Garment:

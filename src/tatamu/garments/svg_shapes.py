@@ -141,7 +141,9 @@ class _Drawing:
         check_parts(self.elements, 0, 50_000)  # each takes a tenth of a millisecond
         check_parts(self.numbers, 0)
         style = self._style(element, place.style)
-        if style.get("display") == "none" or re.fullmatch(r"0*\.?0+%?|0+\.", style.get("opacity", "1").strip()):
+        clips = any(_tag(each) == "clipPath" for each in place.within)  # opacity means nothing there
+        faded = not clips and re.fullmatch(r"0*\.?0+%?|0+\.", style.get("opacity", "1").strip())
+        if style.get("display") == "none" or faded:
             return []
         inherited: dict[str, str] = {name: style[name] for name in ("visibility", "fill", "clip-rule") if name in style}
         here = _transformed(replace(place, style=inherited), style)

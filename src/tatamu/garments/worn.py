@@ -53,14 +53,16 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
         raise InputError(f"mesh: has {'; '.join(found)}")
     if not flat and given.size is None and max(sides) > DOUBTFUL:
         advice = how_to_scale(sides, unit)
-        raise InputError(f"mesh: must be as large as a garment, given {sides[1]:.3g} m, {unit.words}{advice}")
+        raise InputError(
+            f"mesh: must be at most {DOUBTFUL:g} m on each side, given {max(sides):.3g} m, {unit.words}{advice}"
+        )
     garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
     doubt = [] if given.size else doubts(sides, unit)
     notes = [*notes, *doubt, *garment.notes]
     cells = garment.spacing / garment.material.bending_length
     if cells > 0.65:  # docs/theory/bending.md
         edges = f"edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than 0.65"
-        notes.append(f"coarse mesh: {edges}, so folds will look too stiff")
+        notes.append(f"coarse mesh: {edges}, so folds look too stiff; give a finer mesh")
     return replace(garment, reading=unit.reading(given.size), notes=tuple(notes))
 
 

@@ -50,7 +50,7 @@ class Rollout:
             if any(array.dtype.kind == "U" for array in arrays.values()):
                 raise ValueError("the array info must be the only text")
             if not isinstance(info, dict):
-                raise ValueError("info must be an object")
+                raise ValueError("info must be a JSON object")
             return cls(times, positions, faces, info, arrays)
 
 

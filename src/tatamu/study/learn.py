@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -228,16 +229,14 @@ class _Learning:
             folder.report_file.unlink(missing_ok=True)  # a report shows that the folder is complete
         try:
             study.report()
-            if folder is not None:
-                study.simulate_first()
-            study.run(baselines, lambda first: self._write_first(study, folder, first))
+            study.run(baselines, None if folder is None else partial(self._write_first, study, folder))
             return self._finish(study, folder)
         except KeyboardInterrupt:
             if study.best() is not None and folder is not None:
                 self._finish(study, folder)
             raise
 
-    def _write_first(self, study: Study, folder: ResultFolder | None, found: Evaluation) -> None:
+    def _write_first(self, study: Study, folder: ResultFolder, found: Evaluation) -> None:
         """Write the result of the first initial curve, so that there is a fold to look at after seconds."""
         if not found.failed:
             trial = Trial.of(0, Proposal(found.parameters), found)

@@ -131,16 +131,11 @@ class Study:
         """Whether all trials are stored."""
         return is_over(self.wanted, [trial.proposal for trial in self.trials])
 
-    def simulate_first(self) -> None:
-        """Simulate the first initial curve without disturbances, unless there are trials already."""
-        if not self.trials and self.search.first:
-            parameters = self.search.first[0]
-            self._first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
-
-    def run(self, baselines: bool, show_first: Callable[[Evaluation], object]) -> None:
+    def run(self, baselines: bool, show_first: Callable[[Evaluation], object] | None) -> None:
         """Make the remaining trials, and simulate the fixed trajectories if `baselines`.
 
-        What `simulate_first` found is shown while the first trials are running.
+        Before the first trial, the first initial curve is simulated without disturbances for `show_first`, which is
+        called while the first trials are running.
 
         Raises:
             InputError: If the search proposes parameters out of bounds, or the evaluator returns no finite number.
@@ -149,6 +144,9 @@ class Study:
         running: deque[tuple[Proposal, Future[Evaluation] | None]] = deque()  # a stored trial has no future
         fixed: dict[str, tuple[Manipulation, Future[Evaluation]]] = {}
         lacking = baselines and self.baselines is None
+        if show_first is not None and not self.trials and self.search.first:
+            parameters = self.search.first[0]
+            self._first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
         try:
             while (more := len(proposals) < self._stored or not is_over(self.wanted, proposals)) or running:
                 # until there is a reference fold, trials run one after another: any of them may become it
@@ -161,7 +159,7 @@ class Study:
                     for name, (_, make) in BASELINES.items():
                         made = make(self.task.fold)
                         fixed[name] = made, self.executor.submit(_timed_fixed, Nominal(self.task), made)
-                if self._first is not None and not self._told:
+                if show_first is not None and self._first is not None and not self._told:
                     show_first(self._first)
                 self._finish(*running.popleft())
             if fixed:

@@ -267,7 +267,7 @@ def _check_arrays(folder: ResultFolder) -> None:
     """Check that the rollout fits the scene, that times increase, and that faces contain existing vertices."""
     rollout, file = folder.rollout, folder.rollout_file
     if "target" not in rollout.extra:
-        raise InputError(f"{file}: must contain target, the wanted shape (n, 3) of a learned fold")
+        raise InputError(f"{file}: must contain target, the positions (n, 3) after a perfect fold")
     times, faces, count = rollout.times, rollout.faces, len(folder.scene.cloth.vertices)
     arrays = {
         "positions": (rollout.positions, (len(times), count, 3)),
@@ -283,6 +283,6 @@ def _check_arrays(folder: ResultFolder) -> None:
     if times.ndim != 1 or not (np.diff(times) > 0).all() or not np.isfinite(times).all():
         raise InputError(f"{file}: times must increase from frame to frame")
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu" or not len(faces):
-        raise InputError(f"{file}: faces must be whole numbers of shape (m, 3), given {faces.shape}")
+        raise InputError(f"{file}: faces must be integers of shape (m, 3), given {faces.dtype} of {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
         raise InputError(f"{file}: faces must use vertices 0 to {count - 1}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from typing import Any
 
 from rich.table import Table
 
-from tatamu.base.extras import lacking
+from tatamu.base.extras import require
 from tatamu.base.files import replacing
 from tatamu.sweep.records import TaskRecord
 
@@ -25,8 +24,7 @@ def check_parquet() -> None:
     Raises:
         InputError: If pyarrow is not installed.
     """
-    if importlib.util.find_spec("pyarrow") is None:
-        raise lacking("pyarrow", "cluster", "sweep.parquet")
+    require("pyarrow", "cluster", "sweep.parquet")
 
 
 def write_parquet(records: Sequence[TaskRecord], path: Path) -> None:

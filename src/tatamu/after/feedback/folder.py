@@ -62,6 +62,11 @@ class FeedbackFolder:
         """Return the files `N.json` of all variants, in order."""
         return [file for variant in self.variants() for file in self._files(variant)]
 
+    def require_measured(self, fold: Path) -> None:
+        """Raise an InputError that names the folder of a fold if no variant was measured."""
+        if not self.files():
+            raise InputError(f"{fold}: has no measured fold; run `tatamu observe {fold} --left A,B --right A,B` first")
+
     @staticmethod
     def _files(variant: Path) -> list[Path]:
         found = [path for path in (variant / OBSERVED).glob("*.json") if path.stem.isdecimal()]

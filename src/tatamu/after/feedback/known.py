@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from tatamu.after.feedback.correction import added, shifts_against
 from tatamu.after.feedback.folder import FeedbackFolder
@@ -71,6 +70,5 @@ def _folder(run: Result) -> FeedbackFolder:
             "observe the saved fold"
         )
     folder = FeedbackFolder.of(run.folder)
-    if not folder.files():
-        raise InputError(f"{run.folder}: has no measured fold; run `tatamu observe {Path(run.folder)}` first")
+    folder.require_measured(run.folder)
     return folder

@@ -108,8 +108,10 @@ def observe(
         InputError: If no fold was measured, or the method does not support this fold.
     """
     folder = None if learned.folder is None else FeedbackFolder.of(learned.folder)
-    if measured is None and (folder is None or not folder.files()):
-        raise InputError(f"{learned.folder or 'fold'}: has no measured fold; measure a fold with `observe` first")
+    if measured is None:
+        if folder is None or learned.folder is None:
+            raise InputError("fold: has no measured fold; measure a fold with `observe` first")
+        folder.require_measured(learned.folder)
     base = learned if folder is None or folder.path == learned.folder else Result.load(folder.path)
     found = feedback_of(base, folder, executor, progress)
     file = Path() if folder is None or learned.folder is None else folder.next_file(learned.folder)

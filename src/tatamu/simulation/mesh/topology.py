@@ -131,6 +131,15 @@ def lumped(weight: np.ndarray, faces: np.ndarray, count: int) -> np.ndarray:
     return np.bincount(faces.ravel(), np.repeat(weight / 3.0, 3), minlength=count)
 
 
+def connected(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Return the index of the connected part to which each of `count` things belongs, from pairs of neighbours."""
+    from scipy.sparse import csr_array  # scenes need neither of the two imports
+    from scipy.sparse.csgraph import connected_components
+
+    joined = csr_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    return np.asarray(connected_components(joined, directed=False)[1])
+
+
 def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     """Raise ValueError, which names the fault, if a mesh cannot be a cloth."""
     count = len(rest)

@@ -225,7 +225,7 @@ class Simulation:
         if self.mesh.thickness > 0.5 * self.model.lengths.min():
             lines.append(
                 "thickness is more than half the shortest edge of the mesh, so neighbouring triangles may "
-                "push each other apart"
+                "push each other apart; give a coarser mesh"
             )
         material, edge = self.scene.material, float(self.model.lengths.mean())
         rigidity = min(material.bending_rigidity, material.weft_rigidity)
