@@ -175,5 +175,5 @@ BROKEN: dict[str, tuple[Callable[[Path], Path], str]] = {
     "inverted": (inverted_ply, "the orientation is not consistent"),
     "millimetres": (millimetres_obj, "give scale"),
     "unwelded": (unwelded_obj, "weld = true"),
-    "pieces": (two_pieces_svg, "several pieces"),
+    "pieces": (two_pieces_svg, "must be a single piece, given 2 pieces"),
 }

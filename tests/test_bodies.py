@@ -35,7 +35,7 @@ def scene(**body: Any) -> Scene:
         ({"shape": "cone"}, "bodies.0.shape"),
         ({"orientations": [[0, 0, 0, 0]]}, "must be unit quaternions [w, x, y, z], given length 0 in row 0"),
         ({"orientations": [[2, 0, 0, 0]]}, "given length 2 in row 0"),
-        ({"orientations": [[1, 0, 0]]}, "must be a list of [w, x, y, z]"),
+        ({"orientations": [[1, 0, 0]]}, "must be a list of quaternions [w, x, y, z]"),
         ({"orientations": [[float("nan"), 0, 0, 0]]}, "unit quaternions"),
         ({"times": [0.0, 0.0], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
         ({"times": [0.0, 1.0]}, "positions must have one item for each of 2 times, given 1"),
@@ -101,7 +101,7 @@ def test_depth_is_positive_inside() -> None:
 
 
 def test_a_simulator_without_bodies_refuses_the_scene() -> None:
-    with pytest.raises(InputError, match=r"bodies: must be none for blender, .* given 1"):
+    with pytest.raises(InputError, match=r"bodies: must be left out for blender, .* given 1"):
         Capabilities().refuse(scene(), "blender")
     Capabilities(bodies=True).refuse(scene(), "native")
 

@@ -125,7 +125,7 @@ def test_a_loop_pressed_flat_only_bounds_bending_and_lets_the_sag_tell_it() -> N
     assert any("no ruler can read the loop" in text for text in advice_on(alone))
     both = calibrate(measured(loop=flat, sag={"edge": "bottom", "free_length": FREE, "sag": 0.02}))
     assert [fit.test for fit in both.fits] == ["sag"] and "bending_rigidity" in both.known
-    with pytest.raises(InputError, match="more than two layers"):
+    with pytest.raises(InputError, match="must exceed the thickness of two layers"):
         calibrate(measured(loop={"height": 1.5 * THICKNESS}))
 
 

@@ -125,7 +125,9 @@ def test_a_push_is_refused_where_shear_has_a_stiffness_of_its_own(tmp_path: Path
         "[material]\nareal_density = 0.2\nstretch_stiffness = 300\nbending_rigidity = 1e-5\nshear_stiffness = 30\n"
     )
     given["garment"]["material"] = str(file)
-    with pytest.raises(InputError, match="push: must be left out for a material with a weft or shear stiffness"):
+    with pytest.raises(
+        InputError, match="push: must be left out for a material with shear_stiffness or stretch_stiffness_weft"
+    ):
         setup_of(Measurements.model_validate(given))
 
 

@@ -136,9 +136,9 @@ def test_an_interrupted_dataset_is_resumed(
     with pytest.raises(KeyboardInterrupt):
         make_dataset(specification(), out.path, executor=Dying(3))
     assert not out.is_finished and len(list(out.path.glob(".episodes/*.npz"))) == 3
-    with pytest.raises(InputError, match="the dataset is unfinished; run the same `tatamu dataset` again"):
+    with pytest.raises(InputError, match="is unfinished; run the same `tatamu dataset` command again"):
         out.read()
-    with pytest.raises(InputError, match="must be the folder of the same dataset"):
+    with pytest.raises(InputError, match="must be made from the same dataset file"):
         make_dataset(specification(seed=4), out.path)
     again = Dying(3)
     make_dataset(specification(), out.path, executor=again)
@@ -189,7 +189,7 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         replay(tmp_path / "copy", 0)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="must be a new folder or that of a dataset"):
+    with pytest.raises(InputError, match="must be a new folder or the folder of a dataset"):
         make_dataset(specification(), tmp_path / "mine")
     assert (tmp_path / "mine/notes.txt").read_text() == "mine"
 
@@ -200,25 +200,25 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         ("episodes = 0", r"episodes"),
         ("episodes = 2\nepisode = 3", r"episode"),
         ("episodes = 2\nversion = 2", r"version"),
-        ('episodes = 2\nformats = ["zarr", "zarr"]', r"formats must be different"),
+        ('episodes = 2\nformats = ["zarr", "zarr"]', r"formats must not contain a name twice"),
         ("episodes = 2\nformats = []", r"formats"),
         ('episodes = 2\n[garment]\nwidth = "wide"\nlength = 0.4', r"garment.width.*must be a number, a list"),
         (f"episodes = 2\n[garment]\nwidth = {10**400}\nlength = 0.4", r"garment.width.*must be a number, a list"),
         ("episodes = 2\n[garment]\nwidth = 0.3", r"garment.*length must be given with width"),
-        ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"low must be at most high"),
+        ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"low must not be above high"),
         ("episodes = 2\n[garment]\nname = []", r"garment.name.*must be a name, or a list of names"),
         ('episodes = 2\n[fold]\nsource = "learned"', r"fold.*runs must be given"),
-        ('episodes = 2\n[fold]\nruns = ["a"]', r"fold.*runs must be left out unless source = 'learned'"),
+        ('episodes = 2\n[fold]\nruns = ["a"]', r"fold.*runs must only be given if source is 'learned'"),
         (
             'episodes = 2\n[garment]\n[fold]\nsource = "sweep"\nsweep = "a"',
             r"garment must be left out for learned folds",
         ),
-        ('episodes = 2\n[record]\ncameras = ["top", "top"]', r"cameras must be different"),
+        ('episodes = 2\n[record]\ncameras = ["top", "top"]', r"cameras must not contain a name twice"),
         ('episodes = 2\n[record]\ncameras = ["above"]', r"record.cameras"),
         ("episodes = 2\n[record]\nfps = 1000", r"record.fps"),
         (
             'episodes = 2\ndisturbances = "none"\n[outcome]\nworlds = 3',
-            r"outcome.worlds must be 0 without disturbances",
+            r"outcome.worlds must be 0 if disturbances is none",
         ),
         ('episodes = 2\n[outcome]\nsimulator = "newton"', r"outcome.simulator"),
     ],

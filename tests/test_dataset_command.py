@@ -81,7 +81,7 @@ def test_a_wrong_field_is_one_line(tmp_path: Path) -> None:
 def test_a_missing_codec_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.lerobot.video.CODEC", "libnothing")
     ended = tatamu("dataset", str(written(tmp_path, 1)), "--workers", "1", "--out", str(tmp_path / "folds"))
-    ended_with(ended, "must be encoded with libnothing")
+    ended_with(ended, "videos need the encoder libnothing")
     assert not (tmp_path / "folds").exists()
 
 

@@ -210,7 +210,11 @@ def test_environments_run_in_processes() -> None:
 @pytest.mark.parametrize(
     ("kind", "arguments", "message"),
     [
-        (envs.FOLD, {"observation": "hands"}, "^observation: must be different names of vertices, .*, given 'hands'"),
+        (
+            envs.FOLD,
+            {"observation": "hands"},
+            "^observation: must be one or more of vertices, .*, each at most once, given 'hands'",
+        ),
         (envs.HANDS, {"observation": ("top", "top")}, "^observation"),
         (envs.HANDS, {"observation": ()}, "^observation"),
         (envs.HANDS, {"pixels": 0}, "^pixels"),
@@ -284,7 +288,7 @@ def test_a_task_is_its_garment_and_fold() -> None:
     task = make_task("towel", **SMALL)
     env = envs.HandsEnv(task)
     assert env.task is task
-    with pytest.raises(InputError, match=r"^fold, size, material, spacing: must be left out with a task"):
+    with pytest.raises(InputError, match=r"^fold, size, material, spacing: must be left out if garment is a Task"):
         envs.HandsEnv(task, spacing=0.04)
 
 

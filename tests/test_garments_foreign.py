@@ -66,7 +66,7 @@ def test_a_mesh_keeps_its_triangles_and_a_disc_is_meshed_anew(tmp_path: Path) ->
     assert cloth.size == pytest.approx((0.3, 0.4))
     assert cloth.notes == ()
     mat = make_garment(str(GOOD["disc_stl"](tmp_path)))
-    assert "72 vertices welded into 25" in mat.notes
+    assert "72 vertices are welded into 25" in mat.notes
     assert len(mat.vertices) > 500
 
 
@@ -90,7 +90,7 @@ def test_a_coarse_mesh_says_so(tmp_path: Path) -> None:
 
 def test_a_worn_garment_is_laid_flat_and_says_so(tmp_path: Path) -> None:
     tube = make_garment(str(GOOD["tube_glb"](tmp_path)))
-    assert tube.notes[0].startswith("laid flat")
+    assert tube.notes[0].startswith("the garment is laid flat")
     assert tube.vertices[:, 2].max() < 0.025 < 0.1  # it was 0.1 m deep
     assert tube.size[0] > 0.235  # half of its circumference, 0.52 m, less what its sides round off
     assert tube.rest is not None
@@ -116,7 +116,7 @@ def test_a_hole_stays_open(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('[garment]\nname = "x"\n', "must have either outline or mesh"),
+        ('[garment]\nname = "x"\n', "must have the name of a file in either outline or mesh"),
         ('[garment]\noutline = "shirt.svg"\nfabric = "silk"\n', "fabric must be one of"),
         ('[garment]\noutline = "shirt.svg"\nlayer = 2\n', "layer"),
         ('[garment]\noutline = "shirt.svg"\nopenings = ["collar"]\n', "given 'collar'"),

@@ -72,7 +72,10 @@ def test_noise_of_a_photo_does_no_harm(seed: int) -> None:
     [
         (np.array([[0, 0], [300, 0], [300, 400], [0, 400]]), "no left sleeve is found"),
         (np.column_stack([-trousers_pattern().points[:, 1], -trousers_pattern().points[:, 0]]), "is found"),
-        (np.where((V_NECK == [0, 180]).all(axis=1)[:, None], [0, 60], V_NECK), "are about equally wide"),
+        (
+            np.where((V_NECK == [0, 180]).all(axis=1)[:, None], [0, 60], V_NECK),
+            "both sleeve ends must be about equally wide",
+        ),
     ],
 )
 def test_what_is_no_shirt_is_refused(outline: np.ndarray, words: str) -> None:

@@ -168,7 +168,8 @@ def test_a_viewbox_is_fitted_into_width_and_height(tmp_path: Path) -> None:
     wide = drawn(tmp_path, f'width="1240mm" height="710mm" {VIEW}')
     assert make_garment(str(wide), spacing=0.03).size == pytest.approx((0.62, 0.71))
     stretched = drawn(tmp_path, f'width="1240mm" height="710mm" {VIEW} preserveAspectRatio="none"')
-    assert "must not be stretched" in refusal(make_garment, str(stretched))
+    said = refusal(make_garment, str(stretched))
+    assert "page and viewBox must have the same aspect ratio, because preserveAspectRatio = none" in said
 
 
 def test_a_scale_goes_before_what_the_file_says(tmp_path: Path) -> None:
@@ -191,14 +192,14 @@ def test_a_small_garment_of_an_assumed_unit_is_doubted(tmp_path: Path) -> None:
 def test_inner_open_paths_without_a_name_are_no_openings(tmp_path: Path) -> None:
     hoodie = make_garment(str(drawn(tmp_path, f'{NEW} width="620mm" {VIEW}', POCKET)), spacing=0.03)
     assert hoodie.layers == 1
-    assert any(note.startswith("one layer, because no opening is named") for note in hoodie.notes)
+    assert any(note.startswith("the garment has one layer, because no opening is named") for note in hoodie.notes)
 
 
 def test_a_label_is_a_name_and_a_pocket_with_a_name_is_no_opening(tmp_path: Path) -> None:
     pocket = POCKET.replace('id="path815"', 'id="pocket"')
     hoodie = make_garment(str(drawn(tmp_path, f'{NEW} width="620mm" {VIEW}', pocket + NAMED)), spacing=0.03)
     assert hoodie.openings == ("hem",)
-    assert any(note.startswith("pocket: is not an opening") for note in hoodie.notes)
+    assert any(note.startswith("curve pocket is not an opening") for note in hoodie.notes)
 
 
 def test_openings_of_the_garment_file_win(tmp_path: Path) -> None:
@@ -243,12 +244,12 @@ POINT = "0\nSECTION\n2\nENTITIES\n0\nPOINT\n8\n0\n10\n1\n20\n1\n0\nENDSEC\n0\nEO
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("empty.svg", svg(""), "has no curve"),
-        ("words.svg", svg("<text>hi</text>"), "has no curve"),
-        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "must have paths that can be read"),
-        ("page.svg", "<html><body/></html>", "is not an SVG file (it holds <html>)"),
+        ("empty.svg", svg(""), "must contain a curve"),
+        ("words.svg", svg("<text>hi</text>"), "must contain a curve"),
+        ("nan.svg", svg('<path d="M 0 0 L nan 3 L 5 5 Z"/>'), "must have valid path data"),
+        ("page.svg", "<html><body/></html>", "is not an SVG file (the file contains <html>)"),
         ("numbers.svg", '<svg viewBox="a b c d"/>', "is not an SVG file"),
-        ("point.dxf", POINT, "has no curve"),
+        ("point.dxf", POINT, "must contain a curve"),
         ("empty.dxf", "", "is not a DXF file"),
     ],
 )
@@ -307,6 +308,6 @@ def test_learn_states_the_size_before_the_first_trial_and_keeps_the_scale(tmp_pa
     out = tmp_path / "run"
     size = ("--scale", 0.01, "--spacing", 0.04)
     said = command("learn", tmp_path / "cloth.svg", *size, "--trials", 1, "--no-baselines", "--out", out)
-    stated = "cloth: 0.30 x 0.40 m, read in centimetres (scale 0.01)\nnote: one layer"
+    stated = "cloth: 0.30 x 0.40 m, read in centimetres (scale 0.01)\nnote: the garment has one layer"
     assert stated in said and said.index(stated) < said.index("trial")
     assert json.loads((out / "result.json").read_text())["asked"]["scale"] == 0.01

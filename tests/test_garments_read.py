@@ -59,7 +59,7 @@ def test_a_line_around_the_sewn_line_is_a_seam_allowance_and_no_ring(kind: str, 
     made = garment(tmp_path, LINES[kind])
     assert made.size == pytest.approx((0.38, 0.45), abs=1e-4)
     assert cloth_area(made) == pytest.approx(SEWN, rel=2e-3)
-    assert any("is taken for the seam" in note for note in made.notes)
+    assert any("cut along the inner outline as the seam" in note for note in made.notes)
     assert not any(name.startswith("hole") for name in made.edges)
 
 
@@ -67,13 +67,15 @@ def test_a_ring_is_had_for_the_asking(tmp_path: Path) -> None:
     ring = f'<path d="{drawn(wider(40))}"/><path d="{drawn(PIECE)}"/>'
     made = garment(tmp_path, ring, "holes = true", spacing=0.02)
     assert cloth_area(made) == pytest.approx(shapely.Polygon(wider(40) * 1e-3).area - SEWN, rel=0.01)
-    assert any(note.startswith("1 hole of 0.15") for note in made.notes)
+    assert any(note.startswith("closed curves inside the outline become 1 hole of 0.15") for note in made.notes)
 
 
 def test_holes_are_told_with_their_number_and_area(tmp_path: Path) -> None:
     holes = '<rect x="100" y="100" width="100" height="80"/><rect x="250" y="100" width="60" height="100"/>'
     made = garment(tmp_path, f'<path d="{drawn(PIECE)}"/>{holes}')
-    assert any(note.startswith("2 holes of 0.0140 m2 in all") for note in made.notes)
+    assert any(
+        note.startswith("closed curves inside the outline become 2 holes of 0.0140 m2 in all") for note in made.notes
+    )
     assert cloth_area(made) == pytest.approx(SEWN - 0.014, rel=5e-3)
     whole = garment(tmp_path, f'<path d="{drawn(PIECE)}"/>{holes}', "holes = false")
     assert cloth_area(whole) == pytest.approx(SEWN, rel=2e-3)

@@ -44,8 +44,8 @@ def test_show_writes_a_page_and_a_picture(tmp_path: Path) -> None:
 def test_show_draws_foreign_garments_and_says_what_was_done(tmp_path: Path) -> None:
     path = GOOD["disc_stl"](tmp_path)
     said = command("show", path, "--out", tmp_path / "mat.html")
-    assert "note: 72 vertices welded into 25" in said
-    assert "72 vertices welded into 25" in (tmp_path / "mat.html").read_text()
+    assert "note: 72 vertices are welded into 25" in said
+    assert "72 vertices are welded into 25" in (tmp_path / "mat.html").read_text()
 
 
 def test_show_refuses_other_files(tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ def test_a_white_piece_of_the_page_alone_is_the_outline() -> None:
 
 def test_a_background_is_told() -> None:
     remarks = read(f'<rect width="100%" height="100%" fill="white"/>{SHOWN}').pieces[0].remarks
-    assert remarks == ("a white rectangle of the page's size left out",)
+    assert remarks == ("left out: a white rectangle of the page's size",)
 
 
 @pytest.mark.parametrize(
@@ -130,9 +130,9 @@ def test_a_background_is_told() -> None:
         (f'<g transform="rotate(9)" transform-origin="50% 50%">{SHOWN}</g>', "transform-origin"),
         ('<use href="other.svg#a"/>', "other.svg"),
         ('<rect width="3em" height="9"/>', "width must be"),
-        ('<g id="a"><use href="#a"/></g>', "shows itself"),
+        ('<g id="a"><use href="#a"/></g>', "refers to itself"),
         ('<clipPath id="k"><path clip-path="url(#k)" d="M0 0h9v9z"/></clipPath><rect clip-path="url(#k)" width="9" '
-         'height="9"/>', "shows itself"),
+         'height="9"/>', "refers to itself"),
     ],
 )  # fmt: skip
 def test_what_is_not_supported_is_named(body: str, named: str) -> None:

@@ -54,7 +54,9 @@ def test_a_worn_shirt_lies_flat_on_its_back_as_it_was_cut(tmp_path: Path) -> Non
     front = flat_shirt().vertices[:, 2] > thickness
     assert np.corrcoef(shirt.vertices[:, 2], front)[0, 1] > 0.9
     assert shirt.statement.endswith("read in decimetres (scale 0.1)")
-    assert shirt.notes[0].startswith("laid flat on its back, because the mesh was 170 mm deep; up from its hem is y")
+    assert shirt.notes[0].startswith(
+        "the garment is laid flat on its back, because the mesh is 170 mm deep; the axis from hem to top is y"
+    )
     assert any(note.startswith("flattened by its own shape") for note in shirt.notes)
 
 
@@ -100,7 +102,7 @@ def test_a_glb_is_welded_where_its_uv_map_is_cut_and_flattened_by_it(tmp_path: P
     trimesh.Trimesh(vertices, split.reshape(-1, 3), process=False, visual=image).export(tmp_path / "worn.glb")
     shirt = make_garment(str(tmp_path / "worn.glb"))
     assert shirt.size == pytest.approx((0.54, 0.46), rel=0.005)
-    assert shirt.notes[0].endswith(f"vertices welded into {len(flat_shirt().vertices)}")
+    assert shirt.notes[0].endswith(f"vertices are welded into {len(flat_shirt().vertices)}")
     assert shirt.reading == "read in metres (as glTF has it)"
 
 
@@ -192,7 +194,7 @@ def test_a_size_scales_what_was_flattened(tmp_path: Path) -> None:
 def test_what_cannot_be_flattened_is_refused_above_a_stated_height(tmp_path: Path) -> None:
     trimesh.creation.icosphere(subdivisions=3, radius=0.15).export(tmp_path / "ball.ply")
     with pytest.raises(
-        InputError, match=r"must lie at most 40 mm high .*given \d+ mm; if the garment was turned wrongly"
+        InputError, match=r"must be at most 40 mm high .*given \d+ mm; if the garment is turned wrongly"
     ):
         make_garment(str(tmp_path / "ball.ply"))
 

@@ -213,7 +213,8 @@ def scene_with(**changes: Any) -> dict[str, Any]:
 def test_indices_that_are_no_whole_numbers_are_one_line(index: str, tmp_path: Path) -> None:
     text = json.dumps(scene_with(faces=[["HERE", 2, 1], [1, 2, 3]])).replace('"HERE"', index)
     (tmp_path / "s.json").write_text(text)
-    assert "s.json: cloth.faces: must be a list of [i, j, k]" in refusal(Scene.load, tmp_path / "s.json")
+    said = refusal(Scene.load, tmp_path / "s.json")
+    assert "s.json: cloth.faces: must be a list of triples [i, j, k] of whole numbers" in said
 
 
 def test_a_patch_whose_points_lie_on_a_conic_is_simulated() -> None:
@@ -262,11 +263,11 @@ def test_a_ply_that_lies_is_one_line(form: str, tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     whole = ply(ARROW, [[0, 1, 2, 3, 4]], form)
     for changed, words in (
-        (ply(ARROW, [[0, 1, 99999]], form), "uses vertices beyond 0 to 5"),
-        (ply(ARROW, [[0, 1, -1]], form), "uses vertices beyond 0 to 5"),
-        (ply(ARROW, [[0, 1]], form), "faces must have from 3 to 2000 corners, given 2"),
-        (ply(ARROW, [], form), "must have triangles"),
-        (whole.replace(b"vertex 6", b"vertex 6000000000"), "must have at most 600000 of element vertex"),
+        (ply(ARROW, [[0, 1, 99999]], form), "uses a vertex outside 0 to 5"),
+        (ply(ARROW, [[0, 1, -1]], form), "uses a vertex outside 0 to 5"),
+        (ply(ARROW, [[0, 1]], form), "faces must have 3 to 2000 corners, given 2"),
+        (ply(ARROW, [], form), "must contain triangles"),
+        (whole.replace(b"vertex 6", b"vertex 6000000000"), "must have at most 600000 elements vertex"),
         (whole.replace(b"face 1", b"face 9"), "ends too early"),
         (whole.replace(b"float x", b"floot x"), "is not a mesh file"),
         (whole.replace(b"float x", b"float w"), "is not a mesh file"),
@@ -302,11 +303,11 @@ def test_a_small_glb_that_unpacks_to_anything_is_refused(tmp_path: Path) -> None
 def test_meshes_without_triangles_or_with_none_that_has_an_area_are_one_line(tmp_path: Path) -> None:
     head = bytes(80)
     for name, data, words in (
-        ("empty.stl", head + struct.pack("<I", 0), "must have triangles"),
-        ("points.stl", head + struct.pack("<I12fH", 1, *[0.0] * 12, 0), "must have triangles with an area"),
+        ("empty.stl", head + struct.pack("<I", 0), "must contain triangles"),
+        ("points.stl", head + struct.pack("<I12fH", 1, *[0.0] * 12, 0), "must contain triangles with an area"),
         ("nan.stl", head + struct.pack("<I12fH", 1, *[np.nan] * 12, 0), "must be finite"),
         ("far.obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nf 1 2 3\n", "must be finite and lie within"),
-        ("one.obj", b"v 0 0 0\nf 1 1 1\n", "must be from 0.05 to 5 m on each side"),
+        ("one.obj", b"v 0 0 0\nf 1 1 1\n", "each side must be from 0.05 to 5 m"),
         ("line.obj", b"f" + b" 1" * 60_000, "is not a line of an OBJ file"),
         ("crossed.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 3 0\nf 1 2 3 4 5\n", "touches or crosses itself"),
     ):
@@ -324,7 +325,7 @@ def test_an_svg_that_unpacks_to_anything_is_refused_at_once(tmp_path: Path) -> N
     shape = '<rect id="g0" width="1" height="1"/>'
     for text, words in (
         (svg(f"<defs>{shape}{uses}</defs><use href='#g11'/>"), "must have at most 50000 elements"),
-        (svg('<g id="a"><use href="#a"/></g>'), "shows itself"),
+        (svg('<g id="a"><use href="#a"/></g>'), "refers to itself"),
         (svg("<g>" * 5_000 + "</g>" * 5_000), "at most 100 deep"),
         (svg('<path d="M0 0' + " C 0 1 0 2 1 0" * 90_000 + '"/>'), "must have at most 500000 elements"),
         (f'<!DOCTYPE svg [<!ENTITY e0 "a">{entities}]><svg id="&e29;"/>', "XML entities that contain other entities"),
@@ -356,7 +357,7 @@ def test_a_dxf_that_unpacks_to_anything_is_refused_at_once(tmp_path: Path) -> No
         (dxf(inserted("B8"), blocks=chain), "must have at most 60000 elements"),
         (dxf(inserted("B0", 10**9), blocks=chain), "must have at most 60000 elements"),
         (dxf(circle.format("1e308")), "must have finite coordinates"),
-        (dxf(circle.format("5") * 10_001), "must have at most 10000 curves besides lines, given 10001"),
+        (dxf(circle.format("5") * 10_001), "must have at most 10000 curves other than lines, given 10001"),
         ("0\nSECTION\n2\nHEADER\n9\n$", "is not a DXF file"),
     ):
         (tmp_path / "a.dxf").write_text(text)
@@ -433,9 +434,12 @@ def _fan(count: int) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"grippers": [_gripper([*range(300_000), 7])]}, "vertices must be different from one another, given 7 twice"),
-        ({"grippers": [_gripper([0], k, k + 1.5) for k in range(1_000)]}, "given 0 and 1 with the same vertex"),
-        ({"cloth": _fan(2_000)}, "faces must be at most 1000 at a vertex, given 2000 at vertex 0"),
+        ({"grippers": [_gripper([*range(300_000), 7])]}, "vertices must not contain an index twice, given 7 twice"),
+        (
+            {"grippers": [_gripper([0], k, k + 1.5) for k in range(1_000)]},
+            "must not hold the same vertex at the same time, given grippers 0 and 1",
+        ),
+        ({"cloth": _fan(2_000)}, "faces must have at most 1000 triangles at each vertex, given 2000 at vertex 0"),
         ({"grippers": [_gripper([0])] * 1_001}, "at most 1000 items"),
         ({"bodies": [{"shape": "sphere", "size": [1], "positions": [[0, 0, 9]]}] * 101}, "at most 100 items"),
     ],

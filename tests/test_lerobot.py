@@ -123,9 +123,9 @@ def test_an_error_leaves_nothing(tmp_path: Path) -> None:
         ({"observation.state": np.full((4, 3), np.nan)}, "observation.state: must be finite"),
         (
             {"observation.images.top": np.zeros((4, 64, 64, 3))},
-            "observation.images.top: must be pictures of 8-bit numbers",
+            "observation.images.top: pictures must have 8-bit numbers",
         ),
-        ({"extra": np.zeros((4, 1))}, "values: must be given for observation.state"),
+        ({"extra": np.zeros((4, 1))}, "values: must have the features observation.state"),
     ],
 )
 def test_wrong_values_are_named(tmp_path: Path, values: dict[str, np.ndarray], message: str) -> None:
@@ -167,6 +167,6 @@ def test_a_missing_encoder_is_reported_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tatamu.lerobot.video.CODEC", "libnothing")
-    with pytest.raises(InputError, match="must be encoded with libnothing"):
+    with pytest.raises(InputError, match="videos need the encoder libnothing"):
         LeRobotWriter(tmp_path / "data", 10, FEATURES)
     assert not list(tmp_path.iterdir())

@@ -93,7 +93,7 @@ def test_only_native_knows_such_air_and_the_others_say_so() -> None:
     blown = material(air_added_mass=0.1, air_drag_quadratic=1.0)
     assert capabilities("native").lacking(blown) == []
     assert capabilities("mujoco").lacking(blown) == [
-        "air_drag_quadratic, air_added_mass: ignored, so air acts by air_drag only"
+        "air_drag_quadratic, air_added_mass: ignored, so air acts through air_drag only"
     ]
     assert capabilities("blender").lacking(material(air_drag=1.0)) == []
 

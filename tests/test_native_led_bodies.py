@@ -71,11 +71,15 @@ def test_a_restored_state_leads_a_finger_to_the_same_bytes() -> None:
     [
         ([], r"^bodies: must have one item for each of 1 bodies, given 0"),
         ([BodyTarget([0.0, np.nan, 0.0])], r"^bodies\[0\].position: must be 3 finite numbers \[m\]"),
-        ([BodyTarget([0.0, 0.0, 3.0])], r"^bodies\[0\].position: must be reached with at most 10 m/s, given 2.99 m in"),
+        (
+            [BodyTarget([0.0, 0.0, 3.0])],
+            r"^bodies\[0\].position: must be reachable at up to 10 m/s, given a distance "
+            "of 2.99 m in",
+        ),
         ([BodyTarget(orientation=[1.0, 1.0, 0.0, 0.0])], r"^bodies\[0\].orientation: must be a unit quaternion"),
         (
             [BodyTarget(orientation=[0.0, 1.0, 0.0, 0.0])],
-            r"^bodies\[0\].orientation: must be reached with at most 50 rad/s",
+            r"^bodies\[0\].orientation: must be reachable at up to 50 rad/s",
         ),
         ([BodyTarget(orientation=[1.0])], r"^bodies\[0\].orientation: must be 4 finite numbers"),
     ],

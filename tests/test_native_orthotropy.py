@@ -124,6 +124,6 @@ def test_only_native_knows_directions_and_the_others_say_so() -> None:
     woven = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1e-5, shear_stiffness=30.0)
     assert capabilities("native").lacking(woven) == []
     assert capabilities("blender").lacking(woven) == [
-        "shear_stiffness: ignored, so the cloth is alike in all directions"
+        "shear_stiffness: ignored, so the cloth is equally stiff in all directions"
     ]
     assert "shear_stiffness" in woven.model_dump() and "bending_rigidity_bias" not in woven.model_dump()

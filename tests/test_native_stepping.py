@@ -68,7 +68,7 @@ def test_a_run_ends_with_its_scene_and_says_so() -> None:
         simulation.advance(1.0 / 60.0)
     assert simulation.done
     assert simulation.positions.tobytes() == simulate(made).positions[-1].tobytes()
-    with pytest.raises(InputError, match=r"^seconds: must end within the scene, which has ended after 0\.516667 s"):
+    with pytest.raises(InputError, match=r"^seconds: the scene has already ended at 0\.516667 s"):
         simulation.advance(0.1)
     other = Simulation(made)
     other.advance(100.0)
@@ -186,14 +186,14 @@ PART: Any = [0.5]
 @pytest.mark.parametrize(
     ("seconds", "hands", "message"),
     [
-        (-0.1, None, r"^seconds: must be finite and at least an outer step of .*, given -0\.1"),
+        (-0.1, None, r"^seconds: must be finite and at least one outer step .*, given -0\.1"),
         (0.0, None, "^seconds"),
         (NAN, None, "^seconds"),
         (0.1, [None], "^hands: must have one item for each of 2 grippers, given 1"),
         (0.1, [HandTarget([0.0, NAN, 0.0]), None], r"^hands\[0\]\.displacement: must be three finite numbers"),
         (0.1, [None, HandTarget([0.0, 0.0], True)], r"^hands\[1\]\.displacement: must be three"),
         (0.1, [None, HandTarget(WORD, True)], r"^hands\[1\]\.displacement: must be three"),
-        (0.1, [HandTarget([1.1, 0.0, 0.0]), None], r"^hands\[0\]\.displacement: must be reached with at most 10 m/s"),
+        (0.1, [HandTarget([1.1, 0.0, 0.0]), None], r"^hands\[0\]\.displacement: must be reachable at up to 10 m/s"),
         (0.1, [None, HandTarget([0.0, 0.0, 0.1])], r"^hands\[1\]\.displacement: must be left out while"),
         (0.1, [None, HandTarget(vertices=[7])], r"^hands\[1\]\.vertices: must be left out while"),
         (0.1, [None, HandTarget(closed=True, vertices=[7, 7])], r"^hands\[1\]\.vertices: must be different"),
@@ -201,7 +201,8 @@ PART: Any = [0.5]
         (0.1, [None, HandTarget(closed=True, vertices=[-1])], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [None, HandTarget(closed=True, vertices=PART)], r"^hands\[1\]\.vertices: must be different"),
         (0.1, [None, HandTarget(closed=True, vertices=[])], r"^hands\[1\]\.vertices: must be different"),
-        (0.1, [HandTarget(vertices=[7]), None], r"^hands\[0\]\.vertices: must be those that the closed gripper holds"),
+        (0.1, [HandTarget(vertices=[7]), None], r"^hands\[0\]\.vertices: must be the vertices that the closed "
+        "gripper holds"),
         (0.1, [None, HandTarget(closed=True, vertices=EDGE)], r"^hands\[1\]\.vertices: must be held by one gripper"),
     ],
 )  # fmt: skip
@@ -223,7 +224,7 @@ def test_vertices_that_the_scene_gives_to_another_hand_are_refused() -> None:
 
 def test_a_state_of_another_scene_is_refused() -> None:
     state = Simulation(folded()).state()
-    with pytest.raises(InputError, match=r"^state: must be of the same scene"):
+    with pytest.raises(InputError, match=r"^state: must come from a simulation with the same scene"):
         Simulation(folded(gravity=9.8)).restore(state)
 
 

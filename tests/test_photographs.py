@@ -192,7 +192,7 @@ def test_a_hem_that_covers_the_lower_one_hides_its_slip(fold: Fold, tmp_path: Pa
 
 @pytest.mark.slow
 def test_a_fold_that_failed_is_not_read(fold: Fold, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no corner of the moved hem is seen"):
+    with pytest.raises(InputError, match="must show a corner of the moved hem"):
         read(fold, fold.start, tmp_path / "flat.png")
 
 
@@ -221,17 +221,17 @@ def test_wrong_photographs_are_one_line(tmp_path: Path, folder: Path) -> None:
     no_towel = without(pixels, PLACE.place(np.array([[-0.17, -0.12], [0.17, -0.12], [0.17, 0.12], [-0.17, 0.12]])))
     other = without(pixels, Board().rim)
     for name, picture, words in (
-        ("blank", blank, "board: must be seen"),
+        ("blank", blank, "board: must be visible"),
         ("blurred", blurred, "too blurred"),
-        ("cut", pixels[:, :640], "touches the border|must show table"),
+        ("cut", pixels[:, :640], "touches the border|must show the table"),
         ("bare", no_towel, "must show a garment that stands out"),
         ("other", other, "given markers 24 to 47"),
         ("tiny", pixels[::4, ::4], "at least 400 pixels"),
-        ("half", pixels[:440, :], "at least .* corners|must be seen"),
+        ("half", pixels[:440, :], "at least .* corners|must be visible"),
     ):
         Image.fromarray(picture).save(tmp_path / f"{name}.png")
         not_located(words, tmp_path / f"{name}.png", board)
-    not_located("a white sheet of size a4 must be seen", tmp_path / "blank.png", "a4")
+    not_located("a white a4 sheet must be visible", tmp_path / "blank.png", "a4")
     (tmp_path / "text.jpg").write_bytes(b"none")
     not_located("must be a picture", tmp_path / "text.jpg", board)
     not_located("cannot be read", tmp_path / "none.jpg", board)
@@ -275,7 +275,7 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
         (["--board", "B", "--touch", "0,0 0.3,0 0,0.24"], "mark . is off by"),
         (
             ["--board", "B", "--touch", "0,0 0.18,0 0,0.24", "--board-pose", "0,0,0"],
-            "at most one may be given, given both",
+            "must not both be given; leave one out",
         ),
         (["--board", "B", "--corner", "left"], "corner: must be NAME=X,Y"),
         (
@@ -283,10 +283,10 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
             "corner: must name each corner once, given a twice",
         ),
         (["--board", "B", "--out", "x.png"], "out: must be a .json file"),
-        (["--board", "B", "--garment", "tshirt"], "must be that of a flat tshirt"),
+        (["--board", "B", "--garment", "tshirt"], "must lie like a flat tshirt"),
         (["--board", "B", "--picture", "x.svg"], "picture: must be a .png or .jpg"),
         (["--board", "B", "--garment", "sock"], "sock"),
-        (["--board", "PHOTO"], "must be a text file in UTF-8"),
+        (["--board", "PHOTO"], "must be a UTF-8 text file"),
     ],
 )
 def test_wrong_options_are_one_clear_line(options: list[str], words: str, folder: Path) -> None:
@@ -313,7 +313,7 @@ def test_a_board_prints_at_its_true_size(tmp_path: Path) -> None:
     [
         ("[board]\nbar = 0.02\n", "board.toml: bar"),
         ("[board]\npaper = 'a3'\n", "must be a4 or letter"),
-        ("[lens]\n", r"must have one table \[board\], given lens"),
+        ("[lens]\n", r"must contain the table \[board\] and nothing else, given lens"),
         ("", "given none"),
     ],
 )
@@ -358,7 +358,7 @@ def lens_of(factor: float) -> Lens:
 def test_a_lens_of_another_camera_is_refused_or_told(factor: float, folder: Path, one_page: Path) -> None:
     shape = shape_of(make_garment("towel", size=SMALL, spacing=0.03))
     single = locate_shape(read_photograph(one_page, PAGES, lens_of(factor)), shape, learned=True)
-    told = [line for line in single.lines() if "is the lens file of this camera" in line]
+    told = [line for line in single.lines() if "does the lens file belong to this camera" in line]
     assert len(told) == (factor != 1.0)
     if factor == 1.0:
         read_photograph(folder / "towel.png", PAGES, lens_of(factor))
@@ -385,7 +385,7 @@ def test_photos_of_a_board_give_the_lens(tmp_path: Path) -> None:
     assert load_lens(tmp_path / "lens.toml") == lens
     assert scaled(lens, (800, 600)).focal == pytest.approx(lens.focal / 2)
     with pytest.raises(
-        InputError, match="lens: must be for pictures of 1000 x 1000 pixels, the size of the photo, given 1600 x 1200"
+        InputError, match=r"lens: must have the aspect ratio of the photo \(1000 x 1000 pixels\), given 1600 x 1200"
     ):
         scaled(lens, (1000, 1000))
     with pytest.raises(InputError, match="at angles that differ by at least 20 degrees, given 0"):
@@ -447,7 +447,7 @@ def test_marks_that_are_touched_give_the_boards_pose() -> None:
     assert touched_pose(Board().marks, pose.place(Board().marks)).yaw == pytest.approx(1.2)
     assert parse_touched("0,0,1 1,0,1 0,1,1").shape == (3, 3)
     assert parse_pose("0.1,0.2,0.3", "board-pose") == Pose(0.1, 0.2, 0.3)
-    with pytest.raises(InputError, match="at the same height"):
+    with pytest.raises(InputError, match="heights of the marks must differ by at most 10 mm, given 20 mm"):
         touched_pose(Board().marks, np.column_stack([Board().marks, [0.0, 0.0, 0.02]]))
 
 

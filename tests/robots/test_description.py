@@ -52,7 +52,11 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
         ("initial = [0.0, -0.2, 1.9", "initial = [0.0, -0.2, 9.9", "must be from"),
         ("front = 0.15", "fornt = 0.15", "fornt"),
         ('name = "pair"', 'name = "pair"\nbase = "foot"', "base must be"),
-        ('name = "pair"', 'name = "pair"\ntable_heights = [0.2, -0.1]', "table_heights must be the lower"),
+        (
+            'name = "pair"',
+            'name = "pair"\ntable_heights = [0.2, -0.1]',
+            "table_heights must be [minimum, maximum], given [0.2, -0.1]",
+        ),
         (
             '"pan", "lift"',
             '"lift", "pan"',

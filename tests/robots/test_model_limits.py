@@ -70,8 +70,8 @@ def test_the_stricter_of_hard_and_soft_limits_holds_and_is_noted(
 @pytest.mark.parametrize(
     ("soft", "said"),
     [
-        ('soft_lower_limit="0" soft_upper_limit="0"', "joint pan: soft limits must leave a range"),
-        ('soft_lower_limit="3" soft_upper_limit="4"', "joint pan: soft limits must leave a range"),
+        ('soft_lower_limit="0" soft_upper_limit="0"', "joint pan: soft limits must overlap the hard limits"),
+        ('soft_lower_limit="3" soft_upper_limit="4"', "joint pan: soft limits must overlap the hard limits"),
         ('soft_lower_limit="low"', "joint pan: soft_lower_limit must be a number, given 'low'"),
         ('soft_lower_limit="nan"', "joint pan: soft_lower_limit must be a number, given 'nan'"),
     ],
@@ -128,7 +128,8 @@ def test_a_drive_inherits_the_range_of_its_joint_and_not_that_of_another_drive(t
 def test_limits_of_a_continuous_joint_that_leave_nothing_are_refused_by_name(tmp_path: Path) -> None:
     text = urdf().replace('"pan" type="revolute"', '"pan" type="continuous"')
     text = text.replace('lower="-2.9" upper="2.9" velocity', 'upper="-7" velocity', 1)
-    assert "joint pan: limits must leave a range" in refusal(load, str(pair_of_urdf(tmp_path, text)))
+    said = refusal(load, str(pair_of_urdf(tmp_path, text)))
+    assert "joint pan: lower limit must be below the upper limit, within one turn" in said
 
 
 def test_an_included_file_counts_as_mujoco_reads_its_name(tmp_path: Path) -> None:
@@ -136,14 +137,14 @@ def test_an_included_file_counts_as_mujoco_reads_its_name(tmp_path: Path) -> Non
     field = '<asset><hfield name="h" nrow="2005" ncol="2005" size="1 1 1 1"/></asset>'
     (tmp_path / "parts" / "h.xml").write_text(f"<mujoco>{field}</mujoco>")
     path = pair_of_mjcf(tmp_path, mjcf(more='<include file="parts\\h.xml"/>'))
-    assert "height field: must be" in refusal(load, str(path))
+    assert "height field: must have" in refusal(load, str(path))
 
 
 def test_the_stage_of_a_plan_has_limits_in_the_files_that_it_includes(tmp_path: Path) -> None:
     field = '<asset><hfield name="h" nrow="2005" ncol="2005" size="1 1 1 1"/></asset>'
     (tmp_path / "h.xml").write_text(f"<mujoco>{field}</mujoco>")
     (tmp_path / "robot.xml").write_text('<mujoco><include file="h.xml"/></mujoco>')
-    assert "height field: must be" in refusal(read_stage, tmp_path / "robot.xml")
+    assert "height field: must have" in refusal(read_stage, tmp_path / "robot.xml")
 
 
 def test_a_file_with_a_backslash_in_its_name_is_not_read_as_another(tmp_path: Path) -> None:
@@ -382,8 +383,8 @@ def png(side: int) -> bytes:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>', "height field: must be"),
-        ('<asset><hfield name="h" file="hill.png" size="1 1 1 1"/></asset>', "height field: must be"),
+        ('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>', "height field: must have"),
+        ('<asset><hfield name="h" file="hill.png" size="1 1 1 1"/></asset>', "height field: must have"),
         ('<worldbody><replicate count="100000"><geom size="1"/></replicate></worldbody>', "more than 20000 elements"),
         ("<size>" * 100_000 + "</size>" * 100_000, "nested more than 256 deep"),
         ("<worldbody>" + "<geom size='1'/>" * 30_000 + "</worldbody>", "more than 20000 elements"),
@@ -412,7 +413,7 @@ def test_pictures_are_never_opened(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>', "height field: must be"),
+        ('<asset><hfield name="h" nrow="100000" ncol="100000" size="1 1 1 1"/></asset>', "height field: must have"),
         ("<size>" * 100_000 + "</size>" * 100_000, "nested more than 256 deep"),
     ],
 )

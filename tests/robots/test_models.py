@@ -97,7 +97,7 @@ def test_a_whole_robot_says_where_its_joints_stand_once(tmp_path: Path) -> None:
         ("", "standing = { left = 0.2 }", "standing: larm_left must be from 0.021 to 0.057, given 0.2"),
         ("", "standing = { thumb = 0.2 }", "standing: must name a joint of the model, given 'larm_thumb'"),
         ("", "standing = { pan = 0.2 }", "standing: must contain joints outside the arms only, given larm_pan"),
-        ("standing = { larm_left = 0.03 }", "", "standing must be given in each arm's table"),
+        ("standing = { larm_left = 0.03 }", "", "standing must be given in the table of each arm"),
     ],
 )
 def test_a_wrong_place_to_stand_is_named(tmp_path: Path, top: str, arm: str, named: str) -> None:
@@ -130,7 +130,7 @@ def test_kinematics_that_differ_from_mujocos_are_refused_with_the_distance(
         return replace(chain, rest=chain.rest + 0.001)
 
     monkeypatch.setattr(Chain, "of", wrong)
-    with pytest.raises(InputError, match=r"robot pair: larm: .* MuJoCo, given 0\.\d+ mm"):
+    with pytest.raises(InputError, match=r"robot pair: larm: .* MuJoCo, but the positions are 0\.\d+ mm apart"):
         check_kinematics(robot)
 
 
@@ -274,13 +274,13 @@ def test_two_meshes_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
     [
         (urdf('<mesh filename="gone.stl"/>'), "must name existing files"),
         (urdf('<mesh filename="link.dae"/>'), "must be a file of type .stl"),
-        (urdf('<mesh filename="broken.ply"/>'), "is not a mesh that can be read"),
+        (urdf('<mesh filename="broken.ply"/>'), "is not a mesh that tatamu can read"),
         (urdf('<mesh filename="broken.stl"/>'), "does not compile"),
         (urdf().replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"', 1), ""),
         (urdf(more='<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'), "given xacro"),
         (urdf().replace('velocity="2"', 'velocity="fast"'), "velocity must be a number, given 'fast'"),
         ("<sdf/>", "must be a URDF (<robot>) or an MJCF (<mujoco>), given <sdf>"),
-        ("joints: none", "must be the XML of a URDF or MJCF"),
+        ("joints: none", "must be a URDF or MJCF in valid XML"),
         ('<robot name="macros"></robot>', "must have a link"),
     ],
 )

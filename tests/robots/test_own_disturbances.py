@@ -111,8 +111,8 @@ def test_a_wrong_field_is_one_line_and_nothing_is_written(
     ("line", "said"),
     [
         ('disturbances = "gone.toml"', "gone.toml: cannot be read"),
-        ("disturbances = 3", "disturbances: must be the name of a .toml file, or a table"),
-        ('disturbances = "default"', "disturbances: must be the name of a .toml file, or a table"),
+        ("disturbances = 3", "disturbances: must be a table or the name of a .toml file"),
+        ('disturbances = "default"', "disturbances: must be a table or the name of a .toml file"),
     ],
 )
 def test_what_is_no_file_and_no_table_is_refused(tmp_path: Path, line: str, said: str) -> None:

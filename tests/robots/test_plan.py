@@ -175,7 +175,12 @@ def test_the_same_fold_gives_the_same_plan(written: Written, fold: Path, tmp_pat
 @pytest.mark.parametrize(
     ("span", "reason"),
     [
-        pytest.param(0.8, r"[lr]arm cannot follow its hand beyond frame \d+ of the fold, 800 mm long", id="too long"),
+        pytest.param(
+            0.8,
+            r"[lr]arm cannot follow its hand beyond frame \d+ of the fold, which spans 800 "
+            "mm",
+            id="too long",
+        ),
         pytest.param(0.46, r"(distance .* and .* at|cannot follow its hand at) frame \d+", id="arms would touch"),
     ],
 )
@@ -191,7 +196,7 @@ def test_a_given_place_is_kept(fold: Path) -> None:
 
 
 def test_a_place_out_of_reach_is_refused_with_the_frame(fold: Path) -> None:
-    with pytest.raises(InputError, match=r"refused: .*frame \d+"):
+    with pytest.raises(InputError, match=r"cannot do the fold at this place: .*frame \d+"):
         plan_fold(fold, load("hironx"), place=(0.45, 0.0, 0.0), table_height=-0.06)
 
 
@@ -234,7 +239,7 @@ def test_a_wrong_command_line_is_one_line_and_leaves_nothing(arguments: tuple[st
 def test_a_folder_of_somebody_else_is_left_alone(plan_folder: Path, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="is not a plan"):
+    with pytest.raises(InputError, match="must be a new folder or the folder of a plan"):
         check_out(tmp_path / "mine")
     check_out(plan_folder)
     check_out(tmp_path / "new")

@@ -301,9 +301,9 @@ def test_a_broken_plan_is_named(broken: Path, name: str, text: str | tuple[str, 
         (5, 3, "nan", "two rows of finite numbers"),
         (5, 3, "fast", "a number in every field"),
         (5, 3, "1e300", "CHEST.*|HEAD.*: must be within 100 rad, given 1e"),
-        (-1, 0, "1e9", "time: must increase from row to row, from 0 to at most 3600 s"),
-        (1, 0, "-1", "time: must increase from row to row, from 0"),
-        (9, 0, "0", "time: must increase from row to row, from 0"),
+        (-1, 0, "1e9", "time: must increase from row to row, and lie between 0 and 3600 s"),
+        (1, 0, "-1", "time: must increase from row to row, and lie between 0"),
+        (9, 0, "0", "time: must increase from row to row, and lie between 0"),
         (5, 3, "9" * 200_000, "must be a table of numbers"),
         (5, 3, "1,1", "a number in every field"),
     ],
@@ -331,7 +331,7 @@ def test_a_table_that_ends_before_the_hands_open_is_refused(broken: Path) -> Non
     path = broken / "joint_trajectory.csv"
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:1700]))
     said = refusal(Planned.load, broken)
-    assert "joint_trajectory.csv: must reach the last event of plan.json, given 8.49 s" in said
+    assert "joint_trajectory.csv: must last until the last event in plan.json, but ends at 8.49 s" in said
 
 
 def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:

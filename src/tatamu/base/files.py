@@ -125,7 +125,9 @@ def beside(file: Path, name: str) -> Path:
     if os.path.exists(found):
         return found
     if set(name) & set("\a\b\t\n\v\f\r\x1b"):  # "C:\temp" in TOML has a tab
-        raise InputError(f"{file}: there is no file {name!r}; write a path with / or in single quotes")
+        raise InputError(
+            f"{file}: {name!r} must be an existing file; write / for \\ in paths, or put paths in single quotes"
+        )
     return windows if os.path.exists(windows) else found
 
 
@@ -165,7 +167,7 @@ def read_text(path: Path, largest: int = MAX_TEXT) -> str:
     try:
         return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
     except UnicodeDecodeError:
-        raise InputError(f"{path}: must be a text file in UTF-8, given other bytes") from None
+        raise InputError(f"{path}: must be a UTF-8 text file, given another encoding or kind of file") from None
 
 
 @contextmanager
@@ -216,7 +218,11 @@ def read_toml(path: Path) -> Any:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        advice = "; write a path with / or in single quotes" if "Unescaped" in str(error) or "hex" in str(error) else ""
+        advice = (
+            "; write / for \\ in paths, or put paths in single quotes"
+            if "Unescaped" in str(error) or "hex" in str(error)
+            else ""
+        )
         raise InputError(f"{path}: is not valid TOML ({error}){advice}") from None
 
 
@@ -245,12 +251,12 @@ def _size(member: IO[bytes], unpacked: int, name: str) -> int:
     """Return the size of an array [bytes] by its header; raise ValueError for other arrays than numbers or a text."""
     version = npy.read_magic(member)
     if version not in ((1, 0), (2, 0)):
-        raise ValueError(f"{name} has the format {version[0]}.{version[1]}")
+        raise ValueError(f"{name} must have the format 1.0 or 2.0, given {version[0]}.{version[1]}")
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = read(member)
     numbers = "fiub"  # numpy's letters for floating point numbers, integers and booleans
     if dtype.kind not in numbers and not (dtype.kind == "U" and shape == ()):
-        raise ValueError(f"{name} must be numbers, given {dtype}")
+        raise ValueError(f"{name} must contain numbers, given {dtype}")
     size = dtype.itemsize * math.prod(shape)
     if min(shape, default=0) < 0 or member.tell() + size != unpacked:
         raise ValueError(f"{name} does not have the size that its header states")
@@ -271,7 +277,9 @@ def read_record(model: type[Model], table: str, path: Path) -> Model:
     """Read a record from a TOML file with a single table. Errors name the file and the field."""
     value = read_toml(path)
     if list(value) != [table]:
-        raise InputError(f"{path}: must have one table [{table}], given {', '.join(map(str, value)) or 'none'}")
+        raise InputError(
+            f"{path}: must contain the table [{table}] and nothing else, given {', '.join(map(str, value)) or 'none'}"
+        )
     return validated(model, value[table], path)
 
 

@@ -14,5 +14,5 @@ def parse_size(text: str, option: str = "size") -> tuple[float, float]:
     except ValueError:
         raise InputError(f"{option}: must be WIDTHxLENGTH in metres, such as 0.34x0.80, given {text!r}") from None
     if not (0.0 < width < math.inf and 0.0 < length < math.inf):
-        raise InputError(f"{option}: both sides must be lengths above zero, given {text!r}")
+        raise InputError(f"{option}: must have two sides longer than 0 m, given {text!r}")
     return width, length

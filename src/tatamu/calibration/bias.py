@@ -50,12 +50,12 @@ class BiasReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if not lying < hung < 1.5 * lying:
             raise ValueError(
-                f"L1 ({hung:g} m, hanging) must be more than L2 ({lying:g} m, lying) and less than 1.5 times L2"
+                f"L1 ({hung:g} m, hanging) must be longer than L2 ({lying:g} m, lying), and less than 1.5 times as long"
             )
         if not 0.02 <= self.width / lying <= 0.34:
+            change = "narrower" if self.width > 0.34 * lying else "wider"
             raise ValueError(
-                f"width ({self.width:g} m) must be from 0.02 to 0.34 times L2 ({lying:g} m), because the "
-                "strip must be narrow"
+                f"width ({self.width:g} m) must be 0.02 to 0.34 times L2 ({lying:g} m); cut a {change} strip"
             )
         return self
 

@@ -114,8 +114,8 @@ def _start(setup: Setup, readings: Readings, groups: Groups) -> Material:
     density = readings["mass"].value / setup.area
     if not 0.02 <= density <= 5.0:
         raise InputError(
-            f"mass: must give 0.02 to 5 kg/m² as fabrics weigh, given {density:.3g} kg/m² ({readings['mass'].value:g} "
-            f"kg over {setup.area:.3f} m²); check mass [kg] and size [m] of this garment"
+            f"mass: must be 0.02 to 5 kg per m² of cloth, given {density:.3g} kg/m² ({readings['mass'].value:g} kg on "
+            f"{setup.area:.3f} m²); check the mass [kg] and the size [m] of the garment"
         )
     material = setup.base.model_copy(update={"areal_density": density})
     guesses = {

@@ -64,8 +64,8 @@ class ElongationReadings(TestEntry):
             )
         if hanging > 1.5 * lying:
             raise ValueError(
-                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); check that both are measured "
-                "to the same end and in metres"
+                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); check that both readings are in "
+                "metres and end at the same point of the cloth"
             )
         return self
 
@@ -89,8 +89,8 @@ class Elongation(ElasticTest):
         lying = float(np.mean(entry.L2))
         if abs(lying / test.length - 1.0) > 0.25:
             raise InputError(
-                f"elongation: L2 ({lying:g} m) must be within 25 % of {test.length:.2f} m, the length of this "
-                "garment from the grasps to its farthest end; check `size` and `grasps`"
+                f"elongation: L2 ({lying:g} m) must be within 25 % of {test.length:.2f} m, the length of the garment "
+                "from the grasps to the farthest end; check `size` and `grasps`"
             )
         return test
 
@@ -104,10 +104,7 @@ class Elongation(ElasticTest):
         """Indices of the vertices that each grip holds."""
         held = [held_vertices(self.garment, grasp) for grasp in self.grasps]
         if len(np.unique(np.concatenate(held))) < sum(map(len, held)):
-            raise InputError(
-                "elongation.grasps: must hold different parts of the cloth, given overlapping grasps; move "
-                "the grasps apart, or give a single wider grasp"
-            )
+            raise InputError("elongation.grasps: must not overlap; move the grasps apart, or give a single wider grasp")
         return held
 
     @cached_property
@@ -217,5 +214,5 @@ def longest_edge(garment: Garment) -> str:
     """
     names = [name for name in garment.edges if name in garment.openings] or list(garment.edges)
     if not names:
-        raise InputError(f"garment: must have a named edge to hang from, given {garment.name} without named edges")
+        raise InputError(f"garment: must have a named edge by which the cloth can hang, but {garment.name} has none")
     return max(names, key=lambda name: length(garment.vertices[garment.edges[name]]))

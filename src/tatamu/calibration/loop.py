@@ -71,8 +71,8 @@ class Loop(ElasticTest):
         test = cls(float(np.mean(entry.height)), specimen.base.thickness, specimen.spacing)
         if test.height <= 2.0 * test.thickness:
             raise InputError(
-                f"loop: height ({test.height:g} m) must be more than two layers of cloth ({2.0 * test.thickness:g} m); "
-                "check that `thickness` is that of one layer"
+                f"loop: height ({test.height:g} m) must exceed the thickness of two layers ({2.0 * test.thickness:g} "
+                "m); check that `thickness` is for one layer"
             )
         return test
 

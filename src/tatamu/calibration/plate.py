@@ -69,8 +69,8 @@ class PlateReadings(TestEntry):
     def _check(self) -> Self:
         if not 1.3 <= self.disc / self.plate <= 2.5:
             raise ValueError(
-                f"disc ({self.disc:g} m) must be 1.3 to 2.5 times plate ({self.plate:g} m), given "
-                f"{self.disc / self.plate:.2f}; give diameters, not radii"
+                f"disc ({self.disc:g} m) must be 1.3 to 2.5 times as wide as plate ({self.plate:g} m), given "
+                f"{self.disc / self.plate:.2f} times; give diameters, not radii"
             )
         return self
 

@@ -88,8 +88,8 @@ class Push(LaterTest, RestTest):
     def of(cls, entry: PushReadings, specimen: Specimen) -> Self:
         if specimen.base.orthotropic_membrane:
             raise InputError(
-                "push: must be left out for a material with a weft or shear stiffness, because such a cloth resists "
-                "compression as much as tension"
+                "push: must be left out for a material with shear_stiffness or stretch_stiffness_weft, because such a "
+                "material is equally stiff in compression and tension"
             )
         return cls(float(np.mean(entry.length)), float(np.mean(entry.pushed)), specimen.spacing)
 

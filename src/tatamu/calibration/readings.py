@@ -24,14 +24,14 @@ def _readings(value: Any, largest: float, unit: str, smaller: str = "", nothing:
         raise ValueError("must contain at least one reading, given none")
     for each in given:
         if not is_finite_number(each):
-            raise ValueError(f"must be a finite number of {unit}, or a list of them, given {each!r}")
+            raise ValueError(f"must be a finite number of {unit}, or a list of such numbers, given {each!r}")
         if each < 0 or (each == 0 and not nothing):
             raise ValueError(f"must be {'at least 0' if nothing else 'above 0'}, given {each:g} {unit}")
         if each > largest:
             raise ValueError(
-                f"must be in {unit}, at most {largest:g}, given {each:g}"
+                f"must be at most {largest:g} {unit}, given {each:g}"
                 + (f"; if the reading is in {smaller}, write {each / 1000:g}" if smaller else "")
-                + (f"; in centimetres, {each / 100:g}" if unit == "metres" else "")
+                + (f"; if in centimetres, write {each / 100:g}" if unit == "metres" else "")
             )
     return tuple(float(each) for each in given)
 

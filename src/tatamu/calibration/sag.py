@@ -68,8 +68,8 @@ class SagReadings(TestEntry):
         for sag in self.sag:
             if sag >= free:
                 raise ValueError(
-                    f"sag ({sag:g} m) must be less than free_length ({free:g} m), because the edge cannot hang lower "
-                    "than the free length"
+                    f"sag ({sag:g} m) must be less than free_length ({free:g} m), because the cloth cannot sag by more "
+                    "than its free length"
                 )
         if free < 0.01:
             raise ValueError(f"free_length must be at least 0.01 m, given {free:g} m")
@@ -99,7 +99,7 @@ class Sag(ElasticTest):
         least = 1.5  # edge over free length
         if along < least * test.free_length:
             raise InputError(
-                f"sag: free_length must be at most {along / least:.2f} m for edge {entry.edge}, which is "
+                f"sag: free_length must be at most {along / least:.2f} m, because edge {entry.edge} is only "
                 f"{along:.2f} m long, given {test.free_length:g} m; choose a longer edge"
             )
         return test

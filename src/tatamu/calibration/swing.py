@@ -54,7 +54,8 @@ class SwingReadings(TestEntry):
         for seconds in self.ten_swings:
             if not 3.0 <= seconds <= 40.0:
                 raise ValueError(
-                    f"ten_swings must be from 3 to 40 s, the time of ten swings there and back, given {seconds:g} s"
+                    f"ten_swings must be from 3 to 40 s, given {seconds:g} s; give the time of ten swings, each there "
+                    "and back"
                 )
         return self
 
@@ -77,7 +78,7 @@ class SwungTest(LaterTest):
 
     def __post_init__(self) -> None:
         if self.aside > 0.7 * self.hung.length:
-            hangs = f"the length below the held edge ({self.hung.length:.2f} m)"
+            hangs = f"the length of the cloth below the held edge ({self.hung.length:.2f} m)"
             raise InputError(f"{self.name}: aside must be at most 0.7 times {hangs}, given {self.aside:g} m")
 
     @classmethod

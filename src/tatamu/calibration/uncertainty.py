@@ -54,7 +54,7 @@ def slopes(reading: Callable[..., float], at: tuple[float, ...], step: float) ->
         known = [(value, step) for value, step in ((less, -step), (here, 0.0), (more, step)) if np.isfinite(value)]
         if len(known) < 2:
             raise TatamuError(
-                "uncertainty: cannot be estimated, because the simulation of slightly softer or stiffer cloth fails"
+                "uncertainty: cannot be estimated, because simulations of slightly softer and stiffer cloth fail"
             )
         (first, low) = known[0]
         (last, high) = known[-1]

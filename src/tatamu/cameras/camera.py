@@ -169,15 +169,16 @@ def estimate(
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * finest
     if rms > 5e-4 * max(size):
         raise InputError(
-            f"board: must be flat, but its corners deviate by {rms:.1f} pixels from a flat board; lay the board flat"
+            f"board: must be flat, but its corners deviate by {rms:.1f} pixels from those of a flat board; lay the "
+            "board flat"
         )
     if rms > finest:  # if the errors of corners are larger, the prior counts more
         best = fit(best.x, rms)
     camera = _camera(best.x, size, lens)
     tilt = float(np.degrees(camera.tilt))
     if tilt > 75.0:
-        given = f"given {tilt:.0f}; hold the camera higher"
-        raise InputError(f"photo: must be taken less than 75 degrees from straight above, {given}")
+        given = f"given {tilt:.0f} degrees; hold the camera higher"
+        raise InputError(f"photo: must be taken at less than 75 degrees from the vertical, {given}")
     # With two pages and a tilt of 15 to 50 degrees, a focal length wrong by 2 % is up to 3 deviations of the lens file
     # away, and one wrong by 10 % is 4 to 12 away.
     away = float(np.abs((best.x[:LENS] - prior) / spread).max())
@@ -198,7 +199,9 @@ def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, opti
     points, pixels = pages[0]
     found, turn, shift = cv2.solvePnP(_flat(points), pixels, blank.matrix, blank.distortion, flags=cv2.SOLVEPNP_IPPE)
     if not found:
-        raise InputError("board: must be flat, but no flat board has its corners at these pixels; lay the board flat")
+        raise InputError(
+            "board: must be flat, but its corners in the photo do not fit a flat board; lay the board flat"
+        )
     first = np.concatenate([optics, turn.ravel(), shift.ravel()])
     camera = _camera(first, size, lens)
     others = [Pose.moving(points, camera.on_table(pixels)) for points, pixels in pages[1:]]

@@ -106,8 +106,8 @@ def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
     factor = size[0] / lens.width
     if abs(size[1] / lens.height - factor) > 0.01 * factor:
         raise InputError(
-            f"lens: must be for pictures of {size[0]} x {size[1]} pixels, the size of the photo, given "
-            f"{lens.width} x {lens.height}; give the uncropped photo, or the file of its lens"
+            f"lens: must have the aspect ratio of the photo ({size[0]} x {size[1]} pixels), given {lens.width} x "
+            f"{lens.height}; give the uncropped photo, or the lens file of its camera"
         )
     centre = tuple((factor * (np.array(lens.centre) + 0.5) - 0.5).tolist())
     return lens.model_copy(update={"width": size[0], "height": size[1], "focal": factor * lens.focal, "centre": centre})
@@ -131,8 +131,8 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     apart = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
     if apart < 20.0:
         raise InputError(
-            f"photos: must show the board at angles that differ by at least 20 degrees, given {apart:.0f}; "
-            "add photos that are tilted to every side"
+            f"photos: must show the board at angles that differ by at least 20 degrees, given {apart:.0f}; add photos "
+            "taken at a slant from every side"
         )
     k1, k2 = (float(value) for value in distortion.ravel()[:2])
     centre = (float(matrix[0, 2]), float(matrix[1, 2]))

@@ -83,7 +83,7 @@ class Located:
         if share < -0.03:
             found.append("note: the area is too small; smooth out wrinkles, or learn the fold for this size")
         elif max(abs(width), abs(length)) > 0.02:
-            found.append("note: the garment has another size than in the learned fold; learn the fold for this size")
+            found.append("note: the garment differs in size from the learned fold; learn the fold for this size")
         return found
 
     def lines(self) -> list[str]:
@@ -105,7 +105,7 @@ class Located:
             known = f"the pose is known only to within {1e3 * max(x, y):.0f} mm"
             found.append(f"note: {known}; lay the board closer, or use a second page{lens}")
         if self.place is None:
-            found.append("note: --board-pose or --touch gives the --place that `tatamu plan` takes")
+            found.append("note: give --board-pose or --touch to get the --place for `tatamu plan`")
         else:
             found.append(f"--place {self.place}")
         return found
@@ -143,7 +143,7 @@ def locate(
         InputError: If an argument or a file is wrong, the garment is not found, or one of its corners is turned in.
     """
     if board_pose is not None and touched is not None:
-        raise InputError("board-pose, touch: at most one may be given, given both")
+        raise InputError("board-pose, touch: must not both be given; leave one out")
     scale = load_scale(board)
     pose = None if board_pose is None else board_pose if isinstance(board_pose, Pose) else Pose(*board_pose)
     if touched is not None:
@@ -235,8 +235,8 @@ def _lens_doubt(photograph: Photograph, fit: Fit, edge: np.ndarray) -> tuple[str
     if free > 0.5 * off:
         return ()
     return (
-        f"note: the size is off by {100 * off:.1f} % with this lens, and by {100 * free:.1f} % without; is the lens "
-        "file of this camera and zoom?",
+        f"note: the size is off by {100 * off:.1f} % with this lens, and by {100 * free:.1f} % without; does the lens "
+        "file belong to this camera and zoom?",
     )
 
 
@@ -250,20 +250,19 @@ def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], lear
     turned = {name: gap for name, gap in gaps.items() if gap > 0.015 and name not in shown}
     if fit.rms > 0.010 or len(turned) > 2:  # another garment, or wrinkles
         raise InputError(
-            f"{path}: the outline must be that of a flat {fit.shape.name}, but deviates by {1e3 * fit.rms:.0f} mm and "
-            f"lacks {len(turned)} corners; lay the cloth flat, or give another --garment"
+            f"{path}: the cloth must lie like a flat {fit.shape.name}, but the outline deviates by {1e3 * fit.rms:.0f} "
+            f"mm and misses {len(turned)} of {len(gaps)} corners; lay the cloth flat, or give another --garment"
         )
     if turned:
         name = max(turned, key=lambda each: turned[each])
         raise InputError(
-            f"{path}: the corner {name} is turned in by {1e3 * turned[name]:.0f} mm; lay the corner flat, or show its "
-            f"place with --corner {name}=X,Y"
+            f"{path}: corner {name} must lie flat, but is folded in by {1e3 * turned[name]:.0f} mm; lay the corner "
+            f"flat, or give its pixel with --corner {name}=X,Y"
         )
     if learned and not (np.abs(np.log(fit.scale)) < 0.15).all():
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
         raise InputError(
-            f"{path}: the outline must have the size of the cloth ({size}), given {width:.3f} x "
-            f"{length:.3f} m; check --size and the board's `bar`, or lay the cloth flat on a table of "
-            "another colour"
+            f"{path}: the cloth in the photo must have the size {size}, given {width:.3f} x {length:.3f} m; check "
+            "--size and the board's `bar`, or lay the cloth flat on a table of another colour"
         )

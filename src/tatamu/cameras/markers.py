@@ -38,8 +38,8 @@ def find_pages(grey: np.ndarray, board: Board) -> list[Seen]:
             pages.append(_refined(grey, board.corners[corners.ravel()], np.asarray(pixels, float)))
         elif number == 0:
             raise InputError(
-                f"board: at least {MIN_CORNERS} of the {len(board.corners)} corners of its first page must be seen, "
-                f"given {count}; show the whole page, sharp and without glare"
+                f"board: the photo must show at least {MIN_CORNERS} of the {len(board.corners)} corners of the first "
+                f"page, given {count}; show the whole page, sharp and without glare"
             )
     return pages
 
@@ -85,18 +85,18 @@ def _check(seen: np.ndarray, grey: np.ndarray) -> None:
         return
     if len(seen):
         raise InputError(
-            f"board: must be the first page (markers 0 to {MARKERS - 1}), given markers {seen.min()} to {seen.max()}; "
-            "lay the page that was printed for this board file beside the cloth"
+            f"board: the photo must show the first page (markers 0 to {MARKERS - 1}), given markers {seen.min()} to "
+            f"{seen.max()}; lay the first page beside the cloth"
         )
     other = _other_dictionary(grey)
     if other:
         raise InputError(
-            f"board: must be a board of tatamu, given another board ({other}); print one with `tatamu board`"
+            f"board: must come from `tatamu board`, given a board with markers {other}; print a board with this command"
         )
     if edge_width(grey) > 9.0:
         raise InputError("photo: is too blurred to find a board; hold the camera still and focus on the board")
     raise InputError(
-        "board: must be seen in the photo; show the whole board beside the cloth, in even light, or give --sheet"
+        "board: must be visible in the photo; show the whole board beside the cloth in even light, or give --sheet"
     )
 
 

@@ -92,8 +92,8 @@ def _check_focal(lens: Lens | None, focal: float | None, size: tuple[int, int]) 
     own = lens.focal * max(size) / max(lens.width, lens.height)
     if not 1.0 / 1.25 < own / focal < 1.25:
         raise InputError(
-            f"lens: must have about the focal length that the photo's file states ({focal:.0f} pixels), "
-            f"given {own:.0f}; leave --lens out, or give the file of the photo's camera and zoom"
+            f"lens: must have about the focal length that the photo states ({focal:.0f} pixels), given {own:.0f}; "
+            "leave --lens out, or give the lens file of this camera and zoom"
         )
 
 
@@ -124,8 +124,8 @@ def find_cloth(photograph: Photograph, join: bool = False) -> Edges:
     width = wide * photograph.resolution(photograph.view.camera.on_table(edges.points))
     # JPEG alone blurs colours over 4 pixels
     if width > 0.006 and wide > 10.0:
-        most = f"edges of the cloth must be at most 6 mm wide, given {1e3 * width:.0f} mm"
-        raise InputError(f"{photograph.path}: photo: is blurred; {most}")
+        most = f"must be sharp to within 6 mm at the edges of the cloth, given {1e3 * width:.0f} mm"
+        raise InputError(f"{photograph.path}: photo: {most}; focus the camera on the cloth")
     return edges
 
 
@@ -163,5 +163,5 @@ def board_corners(photos: Sequence[Path], board: Board) -> tuple[list[Seen], tup
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
     if not sizes:
-        raise InputError("photos: must be at least one photo, given none")
+        raise InputError("photos: must contain at least one photo, given none")
     return seen, next(iter(sizes))

@@ -66,7 +66,9 @@ def parse_pose(text: str, option: str) -> Pose:
     """Read the pose of a board from a text "x,y,yaw" [m, m, rad] of the command's `option`."""
     values = _numbers(text, option, "x,y,yaw in metres and radians", (3,))
     if max(abs(values[0]), abs(values[1])) > MAX_POSITION or abs(values[2]) > 6.3:
-        raise InputError(f"{option}: x and y must be within {MAX_POSITION:g} m and yaw within 6.3 rad, given {text!r}")
+        raise InputError(
+            f"{option}: x and y must be within ±{MAX_POSITION:g} m, and yaw within ±6.3 rad, given {text!r}"
+        )
     return Pose(*values)
 
 
@@ -77,10 +79,10 @@ def parse_touched(text: str) -> np.ndarray:
         raise InputError(f"touch: must be the three marks A, B and C, each as x,y or x,y,z in metres, given {text!r}")
     places = [_numbers(part, "touch", "x,y or x,y,z in metres", (2, 3)) for part in parts]
     if len({len(place) for place in places}) != 1:
-        raise InputError(f"touch: must have either two or three numbers for every mark, given {text!r}")
+        raise InputError(f"touch: must have two numbers for each mark or three for each, given {text!r}")
     found = np.array(places)
     if np.abs(found).max() > MAX_POSITION:
-        raise InputError(f"touch: must be within {MAX_POSITION:g} m, given {text!r}")
+        raise InputError(f"touch: coordinates must be within ±{MAX_POSITION:g} m, given {text!r}")
     return found
 
 
@@ -95,12 +97,12 @@ def touched_pose(marks: np.ndarray, touched: np.ndarray) -> Pose:
     if off.max() > 0.005:
         worst = f"mark {'ABC'[int(off.argmax())]} is off by {1e3 * off.max():.0f} mm"
         raise InputError(
-            f"touch: the distances between the marks must be those on the board within 5 mm, but {worst}; "
-            "touch A, B and C in this order, and check `bar` in the board's file"
+            f"touch: must agree with the marks on the board within 5 mm, but {worst}; touch A, B and C in this order, "
+            "and check `bar` in the board's file"
         )
     if touched.shape[1] == 3 and np.ptp(touched[:, 2]) > 0.01:
-        given = f"given heights that differ by {1e3 * np.ptp(touched[:, 2]):.0f} mm"
-        raise InputError(f"touch: the marks must be at the same height within 10 mm, {given}")
+        given = f"given {1e3 * np.ptp(touched[:, 2]):.0f} mm"
+        raise InputError(f"touch: the heights of the marks must differ by at most 10 mm, {given}")
     return pose
 
 

@@ -121,7 +121,10 @@ class FoldReader:
             InputError: If the fold uses a single hand, or no cloth is found.
         """
         if fold.hands != 2:
-            raise InputError("fold: must use two hands to be read from a photo, given one")
+            raise InputError(
+                "fold: must use two hands, because a photo of another fold cannot be measured; measure the fold with a "
+                "ruler"
+            )
         self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
         self._hem = {"left": int(fold.left[0]), "right": int(fold.right[0])}  # vertices at the moved hem's corners
         self._edge = find_cloth(photograph).points
@@ -157,9 +160,9 @@ class FoldReader:
         values = self._values(found)
         if not values:
             raise InputError(
-                f"{self._photograph.path}: photo: no corner of the moved hem is seen within {1e3 * REACH:.0f} mm of "
-                "its target; show the corners with --corner left=X,Y and --corner right=X,Y, or observe the fold as "
-                "failed"
+                f"{self._photograph.path}: photo: must show a corner of the moved hem within {1e3 * REACH:.0f} mm of "
+                "its target; give the corners' pixels with --corner left=X,Y and --corner right=X,Y, or give --failed "
+                "if the fold failed"
             )
         top = self._heights["upper"]
         targets = {side: self._pixel(self._fold.target[vertex, :2], top) for side, vertex in self._hem.items()}

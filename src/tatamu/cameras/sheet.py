@@ -62,8 +62,8 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
                 good += [view] if view.rms < 3.0 else []
     if not good:
         raise InputError(
-            f"sheet: a white sheet of size {sheet.name} must be seen in the photo; lay the whole sheet flat on a "
-            "darker table, apart from the cloth"
+            f"sheet: a white {sheet.name} sheet must be visible in the photo; lay the whole sheet flat on a darker "
+            "table, apart from the cloth"
         )
     return min(good, key=lambda view: view.penalty)
 

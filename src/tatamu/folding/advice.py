@@ -67,7 +67,9 @@ def _remedies(garment: Garment, plan: Plan, found: list[tuple[int, Part]]) -> li
         return lines
     if not best.missed and best.plan.steps != plan.steps:
         name = AUTO_PLAN if garment.own else best.plan.name
-        lines.append(f"--fold {name} carries the whole garment: {best.text}; `tatamu plans` draws this plan and others")
+        lines.append(
+            f"give --fold {name} to carry the whole garment ({best.text}); `tatamu plans` draws this plan and others"
+        )
     return lines
 
 

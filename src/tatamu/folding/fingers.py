@@ -75,7 +75,7 @@ class Fingers(FingerSize):
     """Thickness of each finger [m]; 0 for a hand without fingers."""
     opening: Annotated[Number, Field(ge=0.002, le=0.2)] = 0.02
     tilt: Annotated[Number, Field(ge=0.0, le=1.4)] = 0.5
-    """Angle below the horizontal [rad]."""
+    """Angle of the fingers below the horizontal [rad]."""
     friction: Annotated[Number, Field(ge=0.0, le=10.0)] = 0.5
     """Coulomb coefficient of friction between cloth and fingers [-]."""
     compliance: Annotated[Number, Field(ge=0.0, le=0.1)] = 0.0067

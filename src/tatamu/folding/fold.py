@@ -161,12 +161,12 @@ def fold_of(
     layout = Layout(garment, state, plan.line(step, garment))
     across, _ = layout.split()
     if not (across.min() < 0 < across.max()):
-        raise InputError(f"line: must cross the garment, given the line of step {step.title or step.line}")
+        raise InputError(f"line: must cross the garment, but the line of step {step.title or step.line} does not")
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > -across.min():
         raise InputError(
-            f"fold: the side that moves must be at least {width:.3f} m wide for a crease of this material, given "
-            f"{-across.min():.3f} m; give a larger garment or a limper material"
+            f"fold: the moving side must be at least {width:.3f} m wide, which a crease of this material needs, given "
+            f"{-across.min():.3f} m; give a larger garment or a more flexible material"
         )
     hands = hands or step.hands
     left, right = candidates(layout, step.grasp, hands)

@@ -42,7 +42,8 @@ def candidates(layout: Layout, grasp: tuple[str, ...], hands: int) -> tuple[np.n
     if not count:
         names = [farthest_edge(layout) if name == AUTO else name for name in grasp]
         raise InputError(
-            f"hands: must have room for two hands {clearance:g} m apart on {' and '.join(names)}; give --hands 1"
+            f"hands: must be 1 on {' and '.join(names)}, because two hands need {clearance:g} m between them; give "
+            "--hands 1"
         )
     return left[:count], right[:count]
 
@@ -57,7 +58,7 @@ def farthest_edge(layout: Layout) -> str:
     """Return the name of the edge on the moving side whose mean distance from the fold line is largest."""
     far = distances(layout)
     if not far:
-        raise InputError("fold: the moving side must contain an edge of the garment to grasp, given none")
+        raise InputError("fold: the moving side must have a named edge that the hands can grasp, given none")
     return max(far, key=lambda name: far[name])
 
 
@@ -68,7 +69,7 @@ def _edge(layout: Layout, name: str) -> np.ndarray:
         raise InputError(f"grasp: must be one of {', '.join(layout.garment.edges)} or {AUTO}, given {name!r}")
     moving = _moving(layout, name)
     if not len(moving):
-        raise InputError(f"grasp: must have a part on the moving side of the fold line, given {name!r}")
+        raise InputError(f"grasp: must name an edge on the moving side of the fold line, given {name!r}")
     return moving
 
 

@@ -48,9 +48,9 @@ class Timing(OpenRecord):
     def _check(self) -> Self:
         for early, late in pairwise(("closes", "starts", "arrives", "opens", "ends")):
             if getattr(self, late) < getattr(self, early):
-                raise ValueError(f"{late} must not be before {early}")
+                raise ValueError(f"`{late}` must not be earlier than `{early}`")
         if not self.arrives > self.starts:
-            raise ValueError("arrives must be after starts")
+            raise ValueError("`arrives` must be later than `starts`")
         return self
 
 
@@ -123,7 +123,7 @@ class ManipulationFile(OpenRecord):
     def _check(self) -> Self:
         names = [arm.name for arm in self.arms]
         if len(set(names)) < len(names):
-            raise ValueError(f"arms must be at most one left and one right arm, given {' and '.join(names)}")
+            raise ValueError(f"arms must have different names, given {' and '.join(names)}")
         return self
 
     @property
@@ -236,8 +236,8 @@ class Manipulation:
             distance = np.inf if points is None else float(np.linalg.norm(points - wanted, axis=1).max(initial=0.0))
             if not distance <= 2e-3:
                 raise InputError(
-                    f"via_points.{name}: must lie on the path of the hand, given points {1e3 * distance:.1f} mm "
-                    "beside the path"
+                    f"via_points.{name}: must lie on the path of the hand, given a point {1e3 * distance:.1f} mm away "
+                    "from the path"
                 )
 
     def save(self, path: Path | str) -> None:
@@ -258,7 +258,7 @@ class Manipulation:
         found = []
         for hand in self.hands:
             if hand.control_points is None:
-                raise ValueError("curves: must be read from Bezier paths, given polylines")
+                raise ValueError("curves: the paths of the hands must be Bezier curves, given polylines")
             found.append(Bezier(hand.position + hand.control_points + self._up))
         return tuple(found)
 

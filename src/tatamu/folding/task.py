@@ -124,7 +124,9 @@ class Task:
     def next(self, state: np.ndarray) -> Task:
         """Return the task for the next step, from the cloth after this one [m], shape (n, 3)."""
         if self.number + 1 == len(self.plan.steps):
-            raise InputError(f"task: must have a next step, given step {self.number + 1}, the last of {self.plan.name}")
+            raise InputError(
+                f"task: must have a next step, but step {self.number + 1} is the last of fold plan {self.plan.name}"
+            )
         return self.at(self.number + 1, state)
 
     def manipulation(self, parameters: Mapping[str, float]) -> Manipulation:
@@ -176,7 +178,7 @@ def make_task(
     if isinstance(garment, Garment):
         if (size, material, spacing, scale) != (None, None, None, None):
             raise InputError(
-                "size, material, spacing, scale: must be left out with a finished garment; give these values to "
+                "size, material, spacing, scale: must be left out if garment is a Garment; give these values to "
                 "make_garment"
             )
         made = garment
@@ -257,8 +259,8 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: must reach {name}, but {reach.robot} reaches none of {len(refusals)} typical folds; in the first: "
-        f"{refusals[0]}"
+        f"robot: must reach {name}, but {reach.robot} can do 0 of {len(refusals)} typical folds; the first fails "
+        f"because {refusals[0]}"
     )
 
 

@@ -80,8 +80,7 @@ def make_garment(
         size = measured_size(file, name)
     if fabric is not None and not fabric.bending_rigidity > 0.0:
         raise InputError(
-            "material.bending_rigidity: must be above 0, because the radius of a crease depends on the "
-            "rigidity, given 0"
+            "material.bending_rigidity: must be above 0, given 0, because folds of such a material have no radius"
         )
     if name in GARMENTS:
         if scale is not None:

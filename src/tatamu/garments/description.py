@@ -84,13 +84,12 @@ class GarmentFile(BaseModel):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if (self.outline is None) == (self.mesh is None):
-            raise ValueError("must have either outline or mesh, each the name of a file")
+            raise ValueError("must have the name of a file in either outline or mesh")
         if self.fabric is not None and self.fabric not in preset_names():
             raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
         if self.mesh is not None and (self.layers, self.openings, self.holes) != (None, None, None):
             raise ValueError(
-                "layers, openings and holes must be left out for a mesh, which has layers, openings and "
-                "holes of its own"
+                "layers, openings and holes must be left out for a mesh, because the mesh already defines them"
             )
         if self.outline is not None and (self.weld or self.remesh):
             raise ValueError("weld and remesh must be left out for an outline")

@@ -17,7 +17,7 @@ MAX_DRAWING = 16 * MIB
 """Largest size of a drawing's file [bytes]."""
 MAX_PARTS = 500_000
 """Maximum number of numbers in paths, each included part counted as its own."""
-SELF_SHOWN = "outline: must not contain a part that shows itself"
+SELF_SHOWN = "outline: must not contain a part that refers to itself"
 MAX_COORDINATE = 1e9
 """Largest allowed coordinate of a drawing, in the drawing's unit."""
 MAX_CURVES = 5_000
@@ -63,7 +63,9 @@ def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     if depth >= 100:
         raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
     if count > most:
-        raise InputError(f"outline: must have at most {most} elements and path coordinates; simplify the drawing")
+        raise InputError(
+            f"outline: must have at most {most} elements and path coordinates in total; simplify the drawing"
+        )
 
 
 def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
@@ -96,9 +98,12 @@ def grouped(curves: Sequence[DrawnCurve]) -> tuple[Piece, ...]:
     """
     closed = [curve for curve in curves if curve.closed]
     if len(closed) > MAX_CURVES:
-        raise InputError(f"outline: must have at most {MAX_CURVES} closed curves, given {len(closed)}; leave text out")
+        raise InputError(
+            f"outline: must have at most {MAX_CURVES} closed curves, given {len(closed)}; remove text from the drawing"
+        )
     if len(curves) - len(closed) > MAX_CURVES:
-        raise InputError(f"outline: must have at most {MAX_CURVES} open curves, given {len(curves) - len(closed)}")
+        given = f"given {len(curves) - len(closed)}; simplify the drawing"
+        raise InputError(f"outline: must have at most {MAX_CURVES} open curves, {given}")
     if not closed:
         return (Piece("", tuple(curves)),) if curves else ()
     loops = sorted(((_region(curve), curve) for curve in closed), key=lambda loop: -float(loop[0].area))
@@ -123,7 +128,7 @@ def _around(regions: Sequence[shapely.Geometry]) -> list[list[int]]:
         # each pair takes time
         if overlaps > 100_000:
             raise InputError(
-                "outline: must have closed curves that do not cross one another, given too many that cross"
+                "outline: must have at most 100000 pairs of overlapping closed curves; simplify the drawing"
             )
         around = next((other for other in near if _surrounds(regions[other], own)), number)
         groups.setdefault(around, []).append(number)
@@ -161,7 +166,7 @@ def chosen(drawing: DrawnPieces, name: str | None, scale: float) -> Piece:
         InputError: If the drawing has no curve, no piece has this name, or several pieces need a name.
     """
     if not drawing.pieces:
-        raise InputError("outline: has no curve")
+        raise InputError("outline: must contain a curve, given none")
     fitting = [piece for piece in drawing.pieces if name is None or piece.name.casefold() == name.casefold()]
     if len(fitting) == 1:
         return fitting[0]
@@ -169,7 +174,7 @@ def chosen(drawing: DrawnPieces, name: str | None, scale: float) -> Piece:
     if name is not None:
         raise InputError(f"piece: must be one of {known}, given {name!r}")
     how = f'choose one with piece = "{drawing.pieces[0].name}" under [garment] in a garment file'
-    raise InputError(f"outline: has several pieces; {how}: {known}")
+    raise InputError(f"outline: must be a single piece, given {len(drawing.pieces)} pieces: {known}; {how}")
 
 
 def _described(piece: Piece, scale: float) -> str:

@@ -115,7 +115,9 @@ def _unit(entities: list[Any], document: Any, path: Path) -> Unit:
     try:
         metres = float(conversion_factor(InsertUnits(code), InsertUnits.Meters))
     except (ValueError, TypeError):
-        raise InputError(f"$INSUNITS: must be a unit of length, given {code}; give scale") from None
+        raise InputError(
+            f"$INSUNITS: must be the code of a unit of length, given {code}; give the scale in metres per unit"
+        ) from None
     near = next((name for scale, name in NAMES.items() if abs(scale / metres - 1.0) < 1e-6), None)
     return Unit(metres, near or InsertUnits(code).name.lower(), f"DXF, $INSUNITS {code}")
 
@@ -126,13 +128,15 @@ def _layers(entities: Iterable[Any], scale: float) -> Layers:
     drawn = [entity for entity in entities if entity.dxftype() in KINDS]
     bent = sum(entity.dxftype() != "LINE" for entity in drawn)
     if bent > 10_000:  # each takes a millisecond
-        raise InputError(f"outline: must have at most 10000 curves besides lines, given {bent}; simplify the drawing")
+        raise InputError(
+            f"outline: must have at most 10000 curves other than lines, given {bent}; simplify the drawing"
+        )
     points = 0
     for entity in drawn:
         flat = _flattened(entity, scale)
         points += len(flat)
         if points > MAX_PARTS:
-            raise InputError(f"outline: must have curves of at most {MAX_PARTS} points in all; simplify the drawing")
+            raise InputError(f"outline: must have at most {MAX_PARTS} points in total; simplify the drawing")
         if len(flat) > 1:
             layers.setdefault(one_line(str(entity.dxf.layer)), []).append(flat)
     return {layer: _joined(layer, lines, 1e-6 / scale) for layer, lines in layers.items()}
@@ -147,11 +151,11 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < MAX_COORDINATE).all():
-        raise InputError(f"outline: must have finite coordinates of at most {MAX_COORDINATE:g} in a {kind}")
+        raise InputError(f"outline: a {kind} must have finite coordinates of at most {MAX_COORDINATE:g}")
     if drawn is None:
         return corners
     if len(corners) > MAX_PARTS:
-        raise InputError(f"outline: must have curves of at most {MAX_PARTS} points, given more in a {kind}")
+        raise InputError(f"outline: a {kind} must have at most {MAX_PARTS} points; simplify the drawing")
     extent = float(np.ptp(corners, axis=0).max(initial=0.0)) if len(corners) else 0.0
     # at most 0.1 mm off, or more for very large arcs
     near = max(1e-4 / scale, 1e-5 * extent, 1e-10 * float(np.abs(corners).max(initial=0.0)))
@@ -197,7 +201,9 @@ def _pattern_piece(name: str, layers: Layers) -> Piece | None:
     cut, sewn = _closed(layers, BOUNDARY), _closed(layers, SEW)
     if not cut:
         return None
-    remarks = ("cut along the sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
+    remarks = (
+        ("the garment is cut along the sew line (layer 14), because the seam allowance ends up inside",) if sewn else ()
+    )
     holes = [replace(hole, name="") for hole in _closed(layers, CUT_OUT)]
     grain = _longest(layers, GRAIN)
     along = np.zeros(2) if grain is None else grain[1] - grain[0]

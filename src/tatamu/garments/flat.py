@@ -72,8 +72,8 @@ def meshed_anew(garment: Garment, spacing: float | None) -> Garment:
     outline = Outline(renamed, lines, holes)
     if around.symmetric_difference(outline.polygon).area > 0.02 * outline.polygon.area:
         raise InputError(
-            "remesh: front and back must have the same outline except at their openings, given outlines "
-            "that differ by more than 2 %"
+            "remesh: front and back must have the same outline except at the openings, but their areas differ by more "
+            "than 2 %; leave remesh out"
         )
     openings = [f"back {name}" if name in behind else name for name in garment.openings]
     made = front_and_back(garment.name, outline, openings, garment.material, spacing)
@@ -117,7 +117,7 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
         # more area than they cover: they lie on each other
         if len(triangles) and shapely.area(triangles).sum() > 1.01 * shapely.union_all(triangles).area:
             raise InputError(
-                f"mesh: must lie flat in one or two layers, given triangles that face {name} on top of one another"
+                f"mesh: must lie flat in one or two layers, but triangles that face {name} lie on top of one another"
             )
 
 
@@ -135,7 +135,7 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
         InputError: If the simulation of the fall fails, or the garment ends as a heap.
     """
     advice = (
-        "if the garment was turned wrongly, write its axis from hem to top as `up` under [garment]; otherwise give its "
+        "if the garment is turned wrongly, write its axis from hem to top as `up` under [garment]; otherwise give its "
         "pattern as the UV map of an OBJ, or as an outline (SVG, DXF) with openings"
     )
     start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - 0.01]
@@ -145,15 +145,15 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
     try:
         lying = simulate(scene).positions[-1]
     except SimulationError as error:
-        raise InputError(f"mesh: cannot be laid flat by simulation ({error}); {advice}") from None
+        raise InputError(f"mesh: cannot be laid flat by a simulation ({error}); {advice}") from None
     middle = 0.5 * (lying.min(axis=0) + lying.max(axis=0))
     lying = lying - [middle[0], middle[1], 0.0]
     height = float(lying[:, 2].max())
     if height > 0.04:  # a heap
-        most = f"must lie at most 40 mm high once it has fallen on its back, given {1e3 * height:.0f} mm"
+        most = f"must be at most 40 mm high after a fall on its back, given {1e3 * height:.0f} mm"
         raise InputError(f"mesh: {most}; {advice}")
-    note = f"laid flat by a simulated fall of 2 s on its back, after which the garment is at most {1e3 * height:.0f} mm"
-    note += " high, not quite flat; look at the picture" if height > 0.02 else " high"
+    note = f"the garment is laid flat by a simulated fall of 2 s on its back, and is then {1e3 * height:.0f} mm high"
+    note += "; look at the picture, because the garment is not quite flat" if height > 0.02 else ""
     width, length = np.ptp(lying[:, :2], axis=0)[::-1]
     around = _silhouette(lying, faces)
     sides = {name: around[part] for name, part in named_sides(lying[around, :2]).items()}

@@ -136,7 +136,7 @@ def check_spacing(spacing: float, size: tuple[float, float], area: float) -> Non
         )
     if area / spacing**2 > 0.8 * MAX_VERTICES:
         raise InputError(
-            f"spacing: must make at most {MAX_VERTICES} vertices, given {spacing:g} m; give a larger spacing"
+            f"spacing: must give a mesh of at most {MAX_VERTICES} vertices, given {spacing:g} m; give a larger spacing"
         )
 
 

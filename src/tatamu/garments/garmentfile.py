@@ -65,7 +65,11 @@ def _read(path: Path) -> tuple[GarmentFile, Material]:
     value: dict[str, Any] = read_toml(path)
     unknown = sorted(set(value) - {"garment", "material"})
     if unknown or not isinstance(value.get("garment"), dict):
-        wrong = f"must have only [garment] and [material], given {unknown[0]}" if unknown else "Field required, a table"
+        wrong = (
+            f"must contain only the tables [garment] and [material], given {unknown[0]}"
+            if unknown
+            else "Field required, a table"
+        )
         raise InputError(f"{path}: garment: {wrong}")
     given = validated(GarmentFile, {"name": path.stem[:60], **value["garment"]}, path)
     if "material" in value:

@@ -38,7 +38,7 @@ def parse_glb(data: bytes) -> TriangleMesh:
     """
     parts = list(_Glb(data).parts())
     if not parts:
-        raise InputError("mesh: must have triangles, given none")
+        raise InputError("mesh: must contain triangles, given none")
     first = np.cumsum([0, *(len(part.vertices) for part in parts)])
     uv = [part.uv for part in parts if part.uv is not None]
     names = tuple(name for part in parts for name in part.parts)
@@ -111,7 +111,7 @@ class _Glb:
         indices = self.values(primitive["indices"])[:, 0] if "indices" in primitive else np.arange(len(vertices))
         faces = _triangles(indices.astype(np.int64), primitive.get("mode", TRIANGLES))
         if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < len(vertices):
-            raise ValueError(f"a primitive uses vertex {faces.max()} of {len(vertices)}")
+            raise ValueError(f"a primitive must use vertices 0 to {len(vertices) - 1}, given {faces.max()}")
         uv = None
         if "TEXCOORD_0" in given:
             uv = (self.values(given["TEXCOORD_0"]) * [1.0, -1.0] + [0.0, 1.0])[faces]  # v points down in glTF
@@ -166,7 +166,7 @@ class _Glb:
         view, offset = self.header["bufferViews"][of["bufferView"]], of.get("byteOffset", 0)
         if "uri" in self.header["buffers"][view["buffer"]]:
             raise InputError(
-                "mesh: must contain all vertices, given vertices in another file; export a single .glb file"
+                "mesh: all vertices must be in this file, given vertices in another file; export a single .glb file"
             )
         start, size = view.get("byteOffset", 0), width * kind.itemsize
         stride = view.get("byteStride", size)

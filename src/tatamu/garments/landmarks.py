@@ -51,7 +51,7 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
         if not found:
             raise InputError(
-                f"garment: must be a T-shirt with the hem down and sleeves apart from the body, but no {what} is "
+                f"garment: the photo must show a T-shirt, hem down, with sleeves away from the body, but no {what} is "
                 "found; take another photo, or name the openings in a garment file"
             )
     under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
@@ -59,7 +59,8 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     sizes = [float(np.linalg.norm(outline[a] - outline[b])) for a, b in sleeves]
     if max(sizes) > 2.0 * min(sizes):
         raise InputError(
-            f"garment: must have sleeves whose ends are about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m"
+            f"garment: both sleeve ends must be about equally wide, given {sizes[0]:.2f} and {sizes[1]:.2f} m; lay the "
+            "sleeves flat and take another photo"
         )
     hem = [max(pocket.ends.tolist(), key=lambda end: float(outline[end, 1])) for pocket in under]
     ends = {"hem": (hem[0], hem[1]), "left_sleeve": sleeves[0], "right_sleeve": sleeves[1], "neck": (neck[0], neck[1])}

@@ -34,11 +34,11 @@ def read_mesh(path: Path) -> TriangleMesh:
     with foreign(path, "a GLB file" if kind == ".glb" else "a mesh file"):
         mesh = READERS[kind](data)
     if not len(mesh.faces):
-        raise InputError("mesh: must have triangles, given none")
+        raise InputError("mesh: must contain triangles, given none")
     if len(mesh.faces) > MAX_TRIANGLES:
         raise InputError(f"mesh: must have at most {MAX_TRIANGLES} triangles, given {len(mesh.faces)}")
     if not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
-        raise InputError(f"mesh: must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
+        raise InputError(f"mesh: triangles must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
     mesh = mesh.kept(np.ones(len(mesh.faces), dtype=bool))
     if not (np.abs(mesh.vertices) < MAX_COORDINATE).all():
         raise InputError(f"mesh: vertices must be finite and lie within {MAX_COORDINATE:g} of the origin")
@@ -82,7 +82,7 @@ def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     topology, found = Topology(faces), []
     flat = areas(vertices, faces) < 1e-3 * longest_sides(vertices, faces) ** 2
     if flat.any():
-        found.append(f"{flat.sum()} triangles without area, the first is {flat.argmax()}")
+        found.append(f"{flat.sum()} triangles without area, the first at index {flat.argmax()}")
     double = len(vertices) - len(np.unique(_places(vertices)))
     if double:
         found.append(f"{double} vertices at the places of other vertices (weld = true joins such vertices)")
@@ -131,7 +131,7 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
         if (a, b) in inner:
             continue
         if a in following:
-            raise InputError(f"mesh: must have parts that touch along edges only, given parts that touch at vertex {a}")
+            raise InputError(f"mesh: parts must touch along edges, but two parts touch only at vertex {a}")
         following[a] = b
     loops = []
     while following:

@@ -123,7 +123,7 @@ def triangulate(corners: Sequence[int], vertices: np.ndarray) -> list[tuple[int,
     """
     count = len(corners)
     if not 3 <= count <= 2_000:
-        raise ValueError(f"faces must have from 3 to 2000 corners, given {count}")
+        raise ValueError(f"faces must have 3 to 2000 corners, given {count}")
     fan = [(0, k, k + 1) for k in range(1, count - 1)]
     if count == 3:
         return fan

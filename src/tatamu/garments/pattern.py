@@ -58,14 +58,16 @@ def from_outline(given: GarmentFile, source: Path, material: Material) -> Garmen
         garment = front_and_back(given.name, outline, made.openings, material, given.spacing)
     else:
         garment = one_layer(given.name, outline, material, given.spacing)
-        hint = "give openings under [garment] for a front and a back, or layers = 1"
-        notes += [f"one layer, because no opening is named: {hint}"] if given.layers is None else []
+        hint = "give openings under [garment] for a front and a back, or layers = 1 to confirm"
+        notes += [f"the garment has one layer, because no opening is named; {hint}"] if given.layers is None else []
     if piece.grain is not None and not given.grain:  # the piece is not turned, but the warp follows the grain line
         garment = replace(garment, fibre=np.array([[*(turn @ piece.grain), 0.0]]))
     paths = [path for name, path in garment.edges.items() if name.startswith("hole ")]
     if paths:
         holes = counted([shapely.Polygon(garment.unstrained[path, :2]) for path in paths], "hole")
-        notes.append(f"{holes}, from closed curves inside the outline; holes = false fills them with cloth")
+        notes.append(
+            f"closed curves inside the outline become {holes}; write holes = false to fill the holes with cloth"
+        )
     return replace(garment, reading=unit.reading(given.size), notes=(*notes, *garment.notes))
 
 
@@ -74,7 +76,10 @@ def _turn_note(turn: np.ndarray, up: str) -> list[str]:
     degrees = round(float(np.degrees(np.arctan2(ahead[1], ahead[0]))), 1)
     if abs(degrees) < 0.1:
         return []
-    return [f"turned by {degrees:g} degrees so that its grain line points away from the hem (grain = false leaves it)"]
+    return [
+        f"the piece is turned by {degrees:g} degrees, so that its grain line points away from the hem (unless grain = "
+        "false)"
+    ]
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,7 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, holes: bool
     """
     loops = sorted((c for c in piece.curves if c.closed), key=lambda c: -float(shapely.Polygon(c.points).area))
     if not loops:
-        raise InputError(f"outline: must be a closed curve, given {len(piece.curves)} open ones")
+        raise InputError(f"outline: must be a closed curve, given only open curves ({len(piece.curves)})")
     region, inside = _region([loop.points @ matrix.T for loop in loops], holes)
     if piece.fold is not None:
         region = _unfolded(region, piece.fold @ matrix.T)
@@ -127,9 +132,11 @@ def cut(piece: Piece, matrix: np.ndarray, openings: Openings | None, holes: bool
         if name not in sides:
             raise InputError(f"openings: must name sides of the outline ({', '.join(sides)}), given {name!r}")
     notes = [*piece.remarks, *inside]
-    notes += ["unfolded along its mirror line (layer 6)"] if piece.fold is not None else []
+    notes += ["the piece is unfolded along its mirror line (layer 6)"] if piece.fold is not None else []
     if openings is None:
-        notes += [f"{name}: is not an opening, because the curve does not lie along the outline" for name in stray[:5]]
+        notes += [
+            f"curve {name} is not an opening, because the curve does not lie along the outline" for name in stray[:5]
+        ]
         notes += [f"{len(stray) - 5} more named curves do not lie along the outline"] if len(stray) > 5 else []
     return Cut(Outline(sides, holes=cut_out), open_sides, tuple(notes))
 
@@ -147,28 +154,28 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     covered = shapely.covers(outer, inner)
     marks, kept = inner[small & ~covered], ~small | covered
     inner = inner[kept]
-    notes = [f"left out, because they cross the outline: {counted(marks, 'closed curve')}"] if len(marks) else []
+    notes = [f"left out for crossing the outline: {counted(marks, 'closed curve')}"] if len(marks) else []
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
         raise InputError("outline: must occur once in the drawing, given two copies")
     if not covered[kept].all():
-        raise InputError("outline: must be one closed curve with holes inside, given curves that cross each other")
+        raise InputError("outline: must be one closed curve with holes inside, given curves that cross one another")
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"the drawing has two outlines at most {apart:.0f} mm apart; the garment is cut along the "
-            "inner one, which is taken for the seam (holes = true makes a hole instead)"
+            f"the drawing has two outlines at most {apart:.0f} mm apart, so the garment is cut along the inner outline "
+            "as the seam; write holes = true if the inner outline is a hole"
         )
         outer, inner = inner[0], inner[1:]
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
         if not is_hole.all():
-            notes.append(f"left out: {counted(inner[~is_hole], 'closed curve')} along or across the inner line")
+            notes.append(f"left out: {counted(inner[~is_hole], 'closed curve')} along or across the inner outline")
         inner = inner[is_hole]
     if holes is False and len(inner):
         notes.append(f"left out because of holes = false: {counted(inner, 'closed curve')} inside the outline")
         inner = inner[:0]
     region = outer.difference(shapely.union_all(inner)) if len(inner) else outer
     if not isinstance(region, shapely.Polygon):
-        raise InputError("outline: must be one closed curve with holes inside, given curves that cut the outline apart")
+        raise InputError("outline: must be one closed curve with holes inside, given curves that divide the piece")
     return region, tuple(notes)
 
 
@@ -191,7 +198,7 @@ def _unfolded(half: shapely.Polygon, line: np.ndarray) -> shapely.Polygon:
     wider = shapely.union_all([part.buffer(SMOOTH, join_style="mitre") for part in halves])
     both = wider.buffer(-SMOOTH, join_style="mitre")
     if not isinstance(both, shapely.Polygon) or both.area < 1.5 * half.area:
-        raise InputError("outline: must have the mirror line (layer 6) along a side of the piece")
+        raise InputError("outline: the mirror line (layer 6) must lie along a side of the piece")
     return both
 
 

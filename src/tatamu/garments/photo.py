@@ -59,8 +59,8 @@ def stand_out(
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or not MIN_AREA < sizes.max() / mask.size < 0.9 or np.median(away[mask]) < FAINTEST:
         raise InputError(
-            f"{path}: photo: must show a garment that stands out from a plain table, given none; give "
-            "more contrast or crop the photo"
+            f"{path}: photo: must show a garment that stands out from a plain table, given none; use a table of "
+            "another colour, or crop the photo"
         )
     order = 1 + np.argsort(-sizes, kind="stable")
     # smaller regions are ignored
@@ -74,12 +74,12 @@ def stand_out(
         helps = not _touches_border(_joined([largest, *others]))
         remedy = "give --join if all regions are one garment, such as a striped shirt, or " if helps else ""
         raise InputError(
-            f"{path}: photo: {len(others) + 1} regions stand out, of which the largest covers {100 / (1 + beside):.0f} "
-            f"%; {remedy}crop the photo to one region"
+            f"{path}: photo: one region must stand out from the table, given {len(others) + 1}, the largest with "
+            f"{100 / (1 + beside):.0f} % of the total area; {remedy}crop the photo to one region"
         )
     if _touches_border(largest):
         raise InputError(
-            f"{path}: photo: must show table all around the garment, given a garment that touches the border"
+            f"{path}: photo: must show the table all around the garment, but the garment touches the border"
         )
     share = np.asarray(gaussian_filter(largest.astype(float), 1.0))
     return share, tuple(float(other.sum() / largest.sum()) for other in others)
@@ -173,7 +173,9 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
     reduced = reduction(pixels)
     if picture.alpha is not None:
         share = _kept(blocks(picture.alpha[..., None], reduced)[..., 0], path)
-        notes: tuple[str, ...] = ("outlined by the picture's alpha channel, which cuts the garment out",)
+        notes: tuple[str, ...] = (
+            "the outline is that of the picture's alpha channel, in which the garment is cut out",
+        )
     else:
         places = np.empty((0, 2)) if apart is None else apart / reduced
         share, others = stand_out(blocks(pixels, reduced), path, join, places)
@@ -182,7 +184,7 @@ def find_outline(path: Path, join: bool = False, apart: np.ndarray | None = None
             shares = ", ".join(f"{100 * other:.0f} %" for other in others[:5])
             what = "1 other region stands" if len(others) == 1 else f"{len(others)} other regions stand"
             hint = "give --join if all regions are one garment of several colours"
-            notes = (f"{what} out ({shares} of the garment's area); {hint}",)
+            notes = (f"{what} out from the table ({shares} of the garment's area); {hint}",)
     outline = contour(share, reduced)
     extent = float(np.ptp(outline, axis=0).max())
     simple = shapely.Polygon(outline).simplify(0.004 * extent).exterior.coords[:-1]
@@ -258,8 +260,8 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
     if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
         raise InputError(
-            "sheet: corners must put the whole garment on the table, but put a part of it beyond the horizon; give "
-            "other corners"
+            "sheet: with these corners, part of the garment would lie beyond the horizon of the table; correct the "
+            "corners"
         )
     return np.asarray(moved[:, :2] / moved[:, 2:])
 

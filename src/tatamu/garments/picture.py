@@ -54,7 +54,7 @@ def read_picture(path: Path) -> Picture:
     from PIL import ExifTags
 
     data = read_bytes(path, MAX_PICTURE)
-    with foreign(path, "a picture that can be read here"):
+    with foreign(path, "a picture that tatamu can read"):
         file = _opened(data, path)
         size: tuple[int, int] = file.size if file is not None else _tiff_size(data)
         if size[0] * size[1] > 100_000_000:
@@ -101,9 +101,9 @@ def _opened(data: bytes, path: Path) -> Any:
             return None
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
         command = shlex.join(["heif-convert", path.name, f"{path.stem}.png"])
-        hint = f"; save it as JPEG or PNG, for example with `{command}`" if phone else ""
+        hint = f"; convert the file to JPEG or PNG, for example with `{command}`" if phone else ""
         raise InputError(
-            f"{path}: must be a picture in JPEG, PNG, WEBP, BMP, TIFF or GIF, given another file{hint}"
+            f"{path}: must be a picture in JPEG, PNG, WEBP, BMP, TIFF or GIF, given another format{hint}"
         ) from None
 
 
@@ -147,7 +147,7 @@ def _eight_bits(values: np.ndarray) -> np.ndarray:
     if values.dtype == np.uint8:
         return values
     if not np.isfinite(values).all():
-        raise InputError("photo: must have finite pixels, given nan or infinity")
+        raise InputError("photo: pixels must be finite numbers, given nan or infinity")
     top = float(values.max(initial=0))
     whites = [float(2**depth - 1) for depth in (8, 10, 12, 14, 16)]
     if values.dtype.kind == "f" and top <= 16.0:  # their white is 1

@@ -57,7 +57,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
         try:
             if element.name == "vertex":
                 if element.has_lists:
-                    raise ValueError("element vertex has lists")
+                    raise ValueError("element vertex must not have list properties")
                 names = [each.name for each in element.properties]
                 vertices = body.table(element)[:, [names.index(axis) for axis in "xyz"]]
             elif element.name == "face":
@@ -67,11 +67,11 @@ def parse_ply(data: bytes) -> TriangleMesh:
             elif element.properties:
                 body.table(element)
         except IndexError:
-            stated = f"its header states {element.count} of element {element.name}"
+            stated = f"its header states {element.count} elements {element.name}"
             raise ValueError(f"the file ends too early: {stated}") from None
     for number, corners in enumerate(polygons):
         if any(not 0 <= corner < len(vertices) for corner in corners):
-            raise ValueError(f"face {number} uses vertices beyond 0 to {len(vertices) - 1}")
+            raise ValueError(f"face {number} uses a vertex outside 0 to {len(vertices) - 1}")
     faces = [tuple(each[k] for k in cut) for each in polygons for cut in triangulate(each, vertices)]
     return TriangleMesh(vertices, np.array(faces, dtype=np.int64).reshape(-1, 3))
 
@@ -97,13 +97,13 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
             case ["comment" | "obj_info", *_] | []:
                 pass
             case _:
-                raise ValueError(f"the header has the unknown line {' '.join(words)[:40]!r}")
+                raise ValueError(f"the header contains an unknown line, {' '.join(words)[:40]!r}")
     if not stated:
         raise ValueError("the header does not state a format")
     for element in elements:
         most = MAX_TRIANGLES if element.name == "face" else MAX_VERTICES
         if element.count > most:
-            raise InputError(f"mesh: must have at most {most} of element {element.name}, given {element.count}")
+            raise InputError(f"mesh: must have at most {most} elements {element.name}, given {element.count}")
     return ORDERS[stated], elements, body[2:] if body.startswith(b"\r\n") else body[1:]
 
 

@@ -38,7 +38,7 @@ class Posture:
 
     @property
     def words(self) -> str:
-        return f"up from its hem is {self.up} of the file, its front faces {self.front}"
+        return f"the axis from hem to top is {self.up} in the file, and the front faces {self.front}"
 
 
 def posture(vertices: np.ndarray, faces: np.ndarray, up: str | None = None) -> Posture:

@@ -35,7 +35,7 @@ def read_svg(path: Path) -> DrawnPieces:
         _check_entities(text)
         root = ElementTree.fromstring(text.encode())
         if root.tag.rpartition("}")[2] != "svg":
-            raise ValueError(f"it holds <{root.tag.rpartition('}')[2]}>")
+            raise ValueError(f"the file contains <{root.tag.rpartition('}')[2]}>")
         unit = _unit(root, text)
         pixels = [float(size[1]) * UNITS[size[2].lower()].pixels for size in _sizes(root).values()]
         page = view_box(root) or (Page(0.0, 0.0, *pixels) if len(pixels) == 2 else None)
@@ -105,6 +105,6 @@ def _scale(scales: list[float], fitting: str) -> float:
     if max(scales) <= 1.001 * min(scales):
         return scales[0]
     if fitting.strip().startswith("none"):
-        stretched = "must not be stretched (preserveAspectRatio none)"
-        raise InputError(f"outline: {stretched}, because width and height then have different scales")
+        ratio = "page and viewBox must have the same aspect ratio"
+        raise InputError(f"outline: {ratio}, because preserveAspectRatio = none stretches the drawing")
     return max(scales) if "slice" in fitting else min(scales)

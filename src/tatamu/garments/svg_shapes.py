@@ -108,9 +108,9 @@ def visible_shapes(root: Element, page: Page | None) -> tuple[list[Shape], list[
     drawing = _Drawing(root)
     shapes = drawing.children(root, _Place(np.eye(2, 3) * [[1], [-1]], page))
     kept = [shape for shape in shapes if page is None or not _is_background(shape, page)]
-    notes = [f"cut by {' and '.join(sorted(drawing.cut))} of the drawing"] if drawing.cut else []
+    notes = [f"the drawing is cut by its {' and '.join(sorted(drawing.cut))}"] if drawing.cut else []
     if len(kept) < len(shapes) and any(curve.closed for shape in kept for curve in shape.curves):
-        return kept, [*notes, "a white rectangle of the page's size left out"]
+        return kept, [*notes, "left out: a white rectangle of the page's size"]
     return shapes, notes
 
 
@@ -167,7 +167,7 @@ class _Drawing:
         reference = element.get("href") or element.get("{http://www.w3.org/1999/xlink}href") or ""
         if not reference.startswith("#"):
             raise InputError(
-                f"outline: must not use parts of another file, given {reference[:60]}; put this part into the drawing"
+                f"outline: must not use parts of another file, given {reference[:60]}; copy this part into the drawing"
             )
         target = self.named.get(reference[1:])
         if target is None:
@@ -206,7 +206,8 @@ class _Drawing:
         found = re.fullmatch(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""", given)
         if not found:
             raise InputError(
-                f"outline: must not have a {name} of this kind, given {given[:60]}; cut the outline itself"
+                f"outline: {name} must be of the form url(#name), given {given[:60]}; cut the outline itself in the "
+                "drawing program"
             )
         element = self.named.get(found[1])
         if element is None or not shapes:  # without its target, a reference has no effect
@@ -219,7 +220,9 @@ class _Drawing:
         shown = self.children(element, _transformed(replace(place, style={}), style))
         opaque = style.get("mask-type") == "alpha"
         if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shown):
-            raise InputError("outline: must only have plain white masks; cut the outline itself, and release the mask")
+            raise InputError(
+                "outline: masks must be plain white; remove the mask, and cut the outline itself in the drawing program"
+            )
         region = shapely.union_all([_inside(shape) for shape in shown])
         if style.get("clip-path", "none") != "none":
             inner = replace(place, within=(*place.within, element))
@@ -290,7 +293,7 @@ def _transformed(place: _Place, style: Mapping[str, str]) -> _Place:
     if text.strip() in ("", "none"):
         return place
     if style.get("transform-origin", "0").split() not in (["0"], ["0", "0"], ["0px", "0px"], ["top", "left"]):
-        raise InputError("outline: must not have a transform-origin; apply the transforms in the drawing")
+        raise InputError("outline: must not have a transform-origin; apply the transforms in the drawing program")
     matrix = svgelements.Matrix(text)
     if place.page is not None:
         matrix.render(ppi=96, width=place.page.width, height=place.page.height)
@@ -350,7 +353,7 @@ def _curves(tag: str, style: Mapping[str, str], place: _Place) -> tuple[DrawnCur
         try:
             made = svgelements.Path(text)
         except Exception:
-            raise InputError(f"outline: must have paths that can be read, given {text[:40]!r}") from None
+            raise InputError(f"outline: must have valid path data, given {text[:40]!r}") from None
     else:
         shape = getattr(svgelements, "SimpleLine" if tag == "line" else tag.capitalize())
         made = shape({**lengths, "points": style.get("points", "")})
@@ -399,7 +402,8 @@ def _cut_curve(curve: DrawnCurve, region: Any, wider: Any) -> list[DrawnCurve]:
     if curve.closed:
         if not loop.is_valid:
             raise InputError(
-                "outline: must not have a clip path across a curve that crosses itself; cut the outline itself"
+                "outline: a curve that crosses itself must not be clipped or masked; cut the curve itself in the "
+                "drawing program"
             )
         found = shapely.get_parts(loop.intersection(region))
         parts = [part for part in found if isinstance(part, shapely.Polygon) and not part.is_empty]

@@ -79,12 +79,10 @@ def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> Non
     if MIN_SIDE <= min(sides) and max(sides) <= MAX_SIDE:
         return
     width, length = sides
-    other = "narrower" if min(sides) < MIN_SIDE else "larger"
-    advice = f"; no usual unit makes the garment fit, and nothing that is {other} can be folded"
-    advice = how_to_scale(sides, unit) or advice
+    advice = how_to_scale(sides, unit) or "; no usual unit brings both sides into this range"
     raise InputError(
-        f"{what}: must be from {MIN_SIDE:g} to {MAX_SIDE:g} m on each side, given {width:.4g} m wide and "
-        f"{length:.4g} m long, {unit.words}{advice}"
+        f"{what}: each side must be from {MIN_SIDE:g} to {MAX_SIDE:g} m, given {width:.4g} x {length:.4g} m, "
+        f"{unit.words}{advice}"
     )
 
 
@@ -98,7 +96,7 @@ def doubts(sides: tuple[float, float], unit: Unit) -> list[str]:
     if unit.given or probable is None or USUAL[0] <= longest <= DOUBTFUL:
         return []
     return [
-        f"{longest:.2f} m for its longer side is unusual: is the file in {NAMES[probable]}? If so, give scale = "
+        f"{longest:.2f} m is unusual for the longer side: is the file in {NAMES[probable]}? If so, give scale = "
         f"{probable:g} under [garment] in a garment file, or --scale {probable:g}"
     ]
 

@@ -34,8 +34,8 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     """
     if given.spacing is not None and not given.remesh:
         raise InputError(
-            "spacing: must be left out for a mesh, which has a spacing of its own; give remesh = true "
-            "under [garment] for a new mesh"
+            "spacing: must be left out for a mesh, because its edges set the spacing; write remesh = true under "
+            "[garment] for a new mesh"
         )
     kind = source.suffix[1:].upper()
     stated = "as glTF has it" if kind == "GLB" else f"assumed: {kind} states no unit"
@@ -54,15 +54,15 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     if not flat and given.size is None and max(sides) > DOUBTFUL:
         advice = how_to_scale(sides, unit)
         raise InputError(
-            f"mesh: must be at most {DOUBTFUL:g} m on each side, given {max(sides):.3g} m, {unit.words}{advice}"
+            f"mesh: each side must be at most {DOUBTFUL:g} m, given {max(sides):.3g} m, {unit.words}{advice}"
         )
     garment = _lying(given, mesh, material) if flat else _laid(given, mesh, material)
     doubt = [] if given.size else doubts(sides, unit)
     notes = [*notes, *doubt, *garment.notes]
     cells = garment.spacing / garment.material.bending_length
     if cells > 0.65:  # docs/theory/bending.md
-        edges = f"edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than 0.65"
-        notes.append(f"coarse mesh: {edges}, so folds look too stiff; give a finer mesh")
+        edges = f"its edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than 0.65"
+        notes.append(f"the mesh is so coarse that folds look too stiff ({edges}); give a finer mesh")
     return replace(garment, reading=unit.reading(given.size), notes=tuple(notes))
 
 
@@ -75,8 +75,8 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
         before = len(mesh.vertices)
         mesh = welded(mesh)
         if not len(mesh.faces):
-            raise InputError("mesh: must have triangles with an area, given none")
-        notes = [f"{before} vertices welded into {len(mesh.vertices)}"] if before > len(mesh.vertices) else []
+            raise InputError("mesh: must contain triangles with an area above 0, given none")
+        notes = [f"{before} vertices are welded into {len(mesh.vertices)}"] if before > len(mesh.vertices) else []
     number = pieces(mesh.faces)
     if number.max() == 0 and given.piece is None:
         return mesh, notes
@@ -89,7 +89,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     if given.piece is not None:
         raise InputError(f"piece: must be one of {listed}, given {given.piece!r}")
     places = len(np.unique(mesh.vertices.round(9), axis=0))
-    weld = ", or join the pieces by weld = true" if places < len(mesh.vertices) else ""
+    weld = ", or join the pieces with weld = true" if places < len(mesh.vertices) else ""
     raise InputError(
         f"mesh: must be a single piece, given {len(names)} pieces: {listed}; choose one with "
         f'piece = "{names[0]}" under [garment] in a garment file{weld}'
@@ -114,7 +114,7 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
     up = given.up or usual
     if up[-1] == "xyz"[thin]:
         raise InputError(
-            f"up: must be an axis in the plane of the mesh, given {up}, but the mesh is flat along {up[-1]}"
+            f"up: must be an axis in the plane of the mesh, given {up}, which is perpendicular to the mesh"
         )
     ahead, front = direction(up), direction(facing)
     points = mesh.vertices @ np.array([ahead, np.cross(front, ahead), front]).T
@@ -122,7 +122,7 @@ def _lying(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garmen
     garment = meshed_anew(garment, given.spacing) if given.remesh else garment
     if thin == 2:
         return garment
-    note = f"turned onto the table with {up} up, because the mesh was flat across {'xyz'[thin]}"
+    note = f"the mesh is laid on the table with {up} up, because its vertices have about equal {'xyz'[thin]}"
     return replace(garment, notes=(note, *garment.notes))
 
 
@@ -135,7 +135,7 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
     pattern = _pattern(points, faces, uv)
     plane = flattened(points, faces, pattern.lengths, pattern.panels)
     deep = float(np.ptp(points[:, 2]))
-    notes = [f"laid flat on its back, because the mesh was {1e3 * deep:.0f} mm deep; {stance.words}"]
+    notes = [f"the garment is laid flat on its back, because the mesh is {1e3 * deep:.0f} mm deep; {stance.words}"]
     changes = (
         f"its edges change by {100 * plane.median:.1f} % in the median, and 5 of 100 edges by more than "
         f"{100 * plane.most:.1f} %"

@@ -73,7 +73,7 @@ class LeRobotReader:
         """
         row = self.row(episode)
         if unknown := [name for name in names if name not in self.info["features"]]:
-            raise InputError(f"{self.root}: must have the feature {unknown[0]!r}")
+            raise InputError(f"{self.root}: must contain the feature {unknown[0]!r}")
         file = self._file(files.DATA, row["data/chunk_index"], row["data/file_index"])
         with foreign(file, "a Parquet file"):
             rule = [("episode_index", "==", episode)]
@@ -89,7 +89,7 @@ class LeRobotReader:
         """
         row = self.row(episode)
         if f"videos/{name}/file_index" not in row:
-            raise InputError(f"{self.root}: must have the camera {name!r}")
+            raise InputError(f"{self.root}: must contain pictures of the camera {name!r}")
         file = self._file(files.VIDEOS, row[f"videos/{name}/chunk_index"], row[f"videos/{name}/file_index"], name)
         first = round(row[f"videos/{name}/from_timestamp"] * self.fps)
         last = round(row[f"videos/{name}/to_timestamp"] * self.fps)

@@ -69,7 +69,7 @@ class LeRobotWriter:
         if any(feature.is_video for feature in features.values()):
             check_codec()
         if self.root.exists() and (not self.root.is_dir() or any(self.root.iterdir())):
-            raise InputError(f"{self.root}: must be a new folder, given an existing one; give another folder")
+            raise InputError(f"{self.root}: must be a new folder, but already exists; give another folder")
         self._building = sibling(self.root)
         self._tasks: dict[str, int] = {}
         self._rows: list[dict[str, Any]] = []
@@ -95,7 +95,7 @@ class LeRobotWriter:
         """
         own = {name: feature for name, feature in self.features.items() if name not in USUAL}
         if set(values) != set(own):
-            raise InputError(f"values: must be given for {', '.join(own)}, given {', '.join(values) or 'none'}")
+            raise InputError(f"values: must have the features {', '.join(own)}, given {', '.join(values) or 'none'}")
         frames = len(next(iter(values.values())))
         if not frames:
             raise InputError("values: must have at least one frame, given none")

@@ -37,7 +37,7 @@ class Jaw(FingerSize):
     depth: Length = 0.011
     """Distance from the edge of the cloth to the place where the fingertips meet, at right angles to the edge [m]."""
     tilt: tuple[Angle, Angle] = (0.17, 1.05)
-    """Smallest and largest angle from straight down to the direction of approach [rad]."""
+    """Minimum and maximum angle from straight down to the direction of approach [rad]."""
     yaw: Angle = 1.05
     """Maximum rotation about the vertical, towards the other hand [rad]; 0 is at right angles to the edge."""
     fingers: dict[str, tuple[float, float]] = Field(default_factory=dict)
@@ -48,7 +48,7 @@ class Jaw(FingerSize):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.tilt[0] > self.tilt[1]:
-            raise ValueError(f"tilt must be the minimum, then the maximum angle, given {list(self.tilt)}")
+            raise ValueError(f"tilt must be [minimum, maximum], given {list(self.tilt)}")
         if self.opening <= 2 * HELD:
             raise ValueError(f"opening must be more than {2 * HELD:g} m, given {self.opening:g}")
         return self
@@ -114,7 +114,7 @@ class LeRobotNames(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if (self.open is None) != (self.closed is None):
-            raise ValueError("open and closed must be given together")
+            raise ValueError("open and closed must be given together or left out together")
         return self
 
     def values(self, angles: np.ndarray) -> np.ndarray:

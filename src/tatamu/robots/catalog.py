@@ -50,8 +50,8 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
         )
     if name not in KAWADA and (wrist_offset is not None or fingertip is not None):
         raise InputError(
-            "wrist offset, fingertip: must be left out unless the robot is hironx or nextage; write both "
-            "lengths into the .toml of another robot"
+            "wrist offset, fingertip: must only be given for hironx or nextage; for another robot, write both lengths "
+            "into the .toml file of the robot"
         )
     if name not in NAMES:
         return described(Path(name))
@@ -160,7 +160,7 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
         if joint not in arm.faster_than_model and own is None and speed > MAX_SPEED:
             raise InputError(
                 f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s, because the model states no "
-                f"limit, given {speed:g}; write radians, or name the joint in faster_than_model"
+                f"limit, given {speed:g}; convert degrees to radians, or name the joint in faster_than_model"
             )
         if joint not in arm.faster_than_model and own is not None and speed > own * (1 + 1e-6):
             above.append(f"{name} {joint} {speed:g} ({own:g})")
@@ -198,12 +198,12 @@ def _notes(
     folder = os.path.abspath(path.parent)
     used = sorted({os.path.abspath(source) for file in files.values() for source in file.files})
     outside = [source for source in used if os.path.commonpath([source, folder]) != folder]
-    lowered = "speed: plans keep to the lower limit of the model [rad/s] and lower accelerations by the same factor"
+    lowered = "plans use the lower speed limits of the model [rad/s], and lower accelerations by the same factor"
     for said, names, advice in (
         (lowered, above, "; to use your speed, name the joints in faster_than_model"),
         ("plans keep to the soft limits, which are narrower than the hard limits [rad]", soft, ""),
-        ("continuous joints, which plans turn by at most one turn to either side", turning, ""),
-        ("impossible masses or inertias are replaced, because only a rehearsal needs them", mended, ""),
+        ("plans turn these continuous joints by at most one turn to either side", turning, ""),
+        ("impossible masses or inertias of these links are replaced for rehearsals", mended, ""),
         ("plans and results contain copies of these files from outside the folder", outside, ""),
     ):
         if names:

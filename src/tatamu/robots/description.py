@@ -104,7 +104,7 @@ class ArmDescription(Record):
             if given is not None and len(given) != count:
                 raise ValueError(f"{name} must have one value for each of {count} joints, given {len(given)}")
         if len(set(self.joints)) < count:
-            raise ValueError("joints must be different names")
+            raise ValueError("joints must not contain a name twice")
         for name in self.faster_than_model:
             if name not in self.joints:
                 raise ValueError(f"faster_than_model must name joints of this arm, given {name!r}")
@@ -148,7 +148,7 @@ class Description(Record):
     @classmethod
     def _check_disturbances(cls, value: Any) -> Any:
         if not isinstance(value, dict) and not (isinstance(value, str) and value.endswith(".toml")):
-            raise ValueError(f"must be the name of a .toml file, or a table, given {value!r}")
+            raise ValueError(f"must be a table or the name of a .toml file, given {value!r}")
         return value
 
     @property
@@ -165,7 +165,7 @@ class Description(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.table_heights[0] > self.table_heights[1]:
-            raise ValueError(f"table_heights must be the lower height, then the higher, given {self.table_heights}")
+            raise ValueError(f"table_heights must be [minimum, maximum], given {list(self.table_heights)}")
         alone = [arm.model is not None for arm in (self.larm, self.rarm)]
         if self.model is None and not all(alone):
             raise ValueError("must have a model for the whole robot, or a model in each arm")
@@ -173,21 +173,19 @@ class Description(Record):
             raise ValueError("must have a model for the whole robot, or a model in each arm, not both")
         if self.model is None and self.base != "world":
             raise ValueError(
-                "base must be 'world' for a pair of single arms, because each arm's mount says where the arm stands"
+                "base must be 'world' for a pair of single arms, because the mount of each arm says where it stands"
             )
         if self.model is None and self.standing:
-            raise ValueError("standing must be given in each arm's table for a pair of single arms")
+            raise ValueError("standing must be given in the table of each arm for a pair of single arms")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
-            raise ValueError(
-                "standing must be given above the first table, because one model describes the whole robot"
-            )
+            raise ValueError("standing must be given above the first table if one model describes the whole robot")
         if self.model is None and self.trunk is not None:
             raise ValueError("trunk must be left out for a pair of single arms")
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}
-        if self.joints and (self.model is None or not arms <= set(self.joints)):
-            raise ValueError(
-                "joints must contain every joint of the arms and the trunk, and needs a model of the whole robot"
-            )
+        if self.joints and self.model is None:
+            raise ValueError("joints must be left out for a pair of single arms")
+        if self.joints and not arms <= set(self.joints):
+            raise ValueError("joints must contain every joint of the arms and the trunk")
         for further in self.poses:
             if (len(further.larm), len(further.rarm)) != (len(self.larm.joints), len(self.rarm.joints)):
                 raise ValueError(f"poses: {further.name} must have as many angles as the arms have joints")

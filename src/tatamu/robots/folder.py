@@ -43,9 +43,11 @@ def check_out(out: Path) -> None:
         InputError: If the path exists and is not the folder of a plan.
     """
     if out.resolve() == Path.cwd():
-        raise InputError(f"{out}: is the current folder, which a plan would replace; give another --out")
+        raise InputError(
+            f"{out}: must not be the current folder, because a plan replaces the whole folder; give another --out"
+        )
     if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
-        raise InputError(f"{out}: exists but is not a plan; give another --out")
+        raise InputError(f"{out}: must be a new folder or the folder of a plan; give another --out")
 
 
 def save(plan: RobotPlan, out: Path) -> None:

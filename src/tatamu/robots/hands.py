@@ -40,7 +40,10 @@ class HandMotion:
         if not folder.manipulation_file.exists():
             steps = ", ".join(str(step.path) for step in folder.learned_steps())
             if steps:
-                raise InputError(f"{path}: contains a plan of several steps; give the folder of one step: {steps}")
+                raise InputError(
+                    f"{path}: must be the folder of one fold, given a fold plan of several steps; give the folder of "
+                    f"one step: {steps}"
+                )
             raise InputError(f"{path}: must be the folder of a learned fold, but has no manipulation.json")
         if folder.scene_file.is_file():
             _check_unpressed(folder.scene, folder.scene_file)
@@ -127,6 +130,6 @@ def _check_unpressed(scene: Scene, source: Path | str) -> None:
     others = [body.name for body in scene.bodies if body.hand is None]
     if others:
         raise InputError(
-            f"{source}: bodies: must be none, because robots cannot press, given a {others[0]}; learn the fold from a "
-            "plan without press"
+            f"{source}: bodies: must be hands only, because robots cannot press, given a {others[0]}; learn the fold "
+            "from a fold plan without press"
         )

@@ -116,7 +116,7 @@ def _read_mjcf(path: Path) -> Any:
         ValueError: If MuJoCo cannot read the file.
     """
     if os.sep == "/" and "\\" in path.name:
-        raise InputError(f"{path}: must have a name without a backslash")
+        raise InputError(f"{path}: must have a name without a backslash; rename the file")
     read = needed("mujoco").MjSpec.from_file
     absolute = os.path.abspath(path)  # else, assets of an included file in another folder are not found
     if os.sep == "\\" or "\\" not in absolute:
@@ -204,15 +204,15 @@ class _Store:
         formats = (".stl", ".obj", ".msh", *converted)
         if suffix not in formats:
             raise InputError(
-                f"{self._path}: mesh {file}: must be a file of type {', '.join(formats)}; convert the file "
-                "without scaling"
+                f"{self._path}: mesh {file}: must be a file of type {', '.join(formats)}; convert the mesh without "
+                "changing its scale"
             )
         content = self._read(file)
         # MuJoCo reads neither PLY nor OFF, and of the two .stl formats only the binary one.
         if suffix in converted or (suffix == ".stl" and _is_ascii(content)):
             import trimesh  # this import takes a third of a second
 
-            with foreign(file, "a mesh that can be read"):
+            with foreign(file, "a mesh that tatamu can read"):
                 mesh = trimesh.load_mesh(io.BytesIO(content), file_type=suffix[1:], process=False)
                 content, suffix = trimesh.exchange.stl.export_stl(mesh), ".stl"
         return self._store(content, suffix)
@@ -241,7 +241,7 @@ class _Store:
 def _check_heights(file: Path, rows: float, columns: float) -> None:
     if not rows * columns <= MAX_HEIGHTS:
         raise InputError(
-            f"{file}: height field: must be at most {MAX_HEIGHTS} heights, given {rows:.0f} x {columns:.0f}"
+            f"{file}: height field: must have at most {MAX_HEIGHTS} heights, given {rows:.0f} x {columns:.0f}"
         )
 
 
@@ -303,7 +303,7 @@ def _parsed(path: Path) -> ElementTree.Element:
         for field in root.iter("hfield"):  # MuJoCo takes 15 s for 100,000 x 100,000 heights
             _check_heights(path, *(float(field.get(side, "0")) for side in ("nrow", "ncol")))
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: must be the XML of a URDF or MJCF ({error})") from None
+        raise InputError(f"{path}: must be a URDF or MJCF in valid XML ({error})") from None
     return root
 
 

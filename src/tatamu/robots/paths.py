@@ -130,13 +130,13 @@ class Missed:
         elif self.distance > NEAR:
             why = "the hand is out of reach"
         elif self.turn > ALIGNED:
-            why = "the hand gets there, but cannot turn its jaws as needed"
+            why = "the hand reaches the position, but cannot turn its jaws as needed"
         else:
             why = "its joints cannot move on from a singular pose"
         distance = f"{1e3 * self.distance:.1f} mm" if self.distance > NEAR else ""
         turn = f"{np.degrees(self.turn):.1f} deg" if self.turn > ALIGNED else ""
         left = " and ".join(filter(None, (distance, turn)))
-        return why + (f", {left} are left" if left else "")
+        return why + (f" ({left} from the target)" if left else "")
 
 
 def follow(

@@ -214,7 +214,7 @@ class Planned:
         table = folder / "joint_trajectory.csv"
         times, angles = _table(table, plan.joints)
         if times[-1] < max((event.time for event in plan.events), default=0.0):
-            raise InputError(f"{table}: must reach the last event of plan.json, given {times[-1]:.2f} s")
+            raise InputError(f"{table}: must last until the last event in plan.json, but ends at {times[-1]:.2f} s")
         planned = cls(folder, plan, times, angles)
         if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in planned.arms):
             raise InputError(f"{path}: events: each arm must close before it opens")
@@ -277,7 +277,7 @@ def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:
     except csv.Error as error:
         raise InputError(f"{path}: must be a table of numbers ({error})") from None
     if not rows or rows[0] != ["time", *joints]:
-        raise InputError(f"{path}: header: must be time and the joints of plan.json")
+        raise InputError(f"{path}: header: must be time, then the joints of plan.json in the same order")
     try:
         table = np.array(rows[1:], dtype=float)
     except ValueError:
@@ -286,11 +286,11 @@ def _table(path: Path, joints: list[str]) -> tuple[np.ndarray, np.ndarray]:
         raise InputError(f"{path}: must contain at least two rows of finite numbers")
     times, angles = table[:, 0], table[:, 1:]
     if not (times[0] >= 0 and times[-1] <= MAX_DURATION and (times[1:] > times[:-1]).all()):
-        raise InputError(f"{path}: time: must increase from row to row, from 0 to at most {MAX_DURATION:g} s")
+        raise InputError(f"{path}: time: must increase from row to row, and lie between 0 and {MAX_DURATION:g} s")
     if not np.abs(angles).max(initial=0.0) <= MAX_ANGLE:
         row, column = np.unravel_index(int(np.abs(angles).argmax()), angles.shape)
         raise InputError(
-            f"{path}: {joints[column]}: must be within {MAX_ANGLE:g} rad, given {angles[row, column]:.4g} at "
+            f"{path}: {joints[column]}: must be within ±{MAX_ANGLE:g} rad, given {angles[row, column]:.4g} at "
             f"{times[row]:g} s"
         )
     return times, angles

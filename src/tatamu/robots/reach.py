@@ -219,15 +219,15 @@ def out_of_reach(robot: Robot, hands: HandMotion, best: Rated) -> Refused:
     """Return an error for a fold that the robot cannot follow even at the best placement."""
     reached = min(best.reached)
     if reached == POINTS:
-        who = f"{robot.alone} would touch something wherever it reaches"
-        both = "the arms would touch something wherever both reach"
-        return Refused(f"{who if robot.alone else both}; least at {best.placement}", -0.5)
+        who = f"{robot.alone} would touch something at every place that it reaches"
+        both = "the arms would touch something at every place that both reach"
+        return Refused(f"{who if robot.alone else both}; the best place is {best.placement}", -0.5)
     worst = robot.folding[best.reached.index(reached)]
     times = hands.evenly(SAMPLES)
     frame = hands.frame(float(times[np.clip(reached - 1, 0, SAMPLES - 1)]))
     length = np.linalg.norm(hands.curves[0].control[3] - hands.curves[0].control[0])
     return Refused(
-        f"{worst.name} cannot follow its hand beyond frame {frame} of the fold, "
-        f"{1e3 * length:.0f} mm long, even at the best place ({best.placement})",
+        f"{worst.name} cannot follow its hand beyond frame {frame} of the fold, which spans {1e3 * length:.0f} mm, "
+        f"even at the best place ({best.placement})",
         reached / (POINTS - 1) - 2,
     )

@@ -91,8 +91,8 @@ def summary(figures: dict[str, Any]) -> list[str]:
     """Return a rehearsal's numbers as text for the terminal."""
     joint, error = max(figures["joint_error"].items(), key=lambda item: item[1])
     lines = [
-        f"{figures['robot']}: {figures['simulated_seconds']:.1f} s rehearsed, {figures['real_time_factor']:.1f} times "
-        "faster than real time",
+        f"{figures['robot']}: rehearsed {figures['simulated_seconds']:.1f} s of motion, "
+        f"{figures['real_time_factor']:.1f} times faster than real time",
         f"joints follow the plan within {1e3 * error:.2f} mrad ({joint}), tools within "
         f"{1e3 * figures['tool_error']:.2f} mm while they hold the cloth",
     ]
@@ -115,7 +115,7 @@ def _fold_summary(fold: dict[str, Any]) -> list[str]:
     mesh = f", edges {halved(fold['halvings'])}" if fold["halvings"] else ""
     lines = [
         f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): on average "
-        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm away from the same fold by hands without a robot"
+        f"{1e3 * fold['distance_to_floating_hands']:.1f} mm away from the same fold by floating hands"
     ]
     if fold["mean_vertex_distance"] is not None and not fold["scores"]:
         lines.append(f"mean distance from the target: {1e3 * fold['mean_vertex_distance']:.1f} mm")

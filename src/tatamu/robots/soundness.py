@@ -99,8 +99,8 @@ def check_kinematics(robot: Robot) -> None:
             error = np.abs(X_BT - X_BW @ frame_pose(data.site(arm.site)))
             if not error.max() <= 1e-6:  # [m, and entries of the rotation]
                 raise InputError(
-                    f"robot {robot.name}: {arm.name}: the tool must be at the same position in the plan and in "
-                    f"MuJoCo, given {1e3 * error[:3, 3].max():.3g} mm between both; give another model"
+                    f"robot {robot.name}: {arm.name}: the tool must be at the same position in the plan and in MuJoCo, "
+                    f"but the positions are {1e3 * error[:3, 3].max():.3g} mm apart; give another model"
                 )
 
 

@@ -111,7 +111,7 @@ def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     if tried:
         raise InputError(f"{urdf}: {uri}: must be an existing file, given {tried[0]}")
     raise InputError(
-        f"{urdf}: {uri}: no folder {name} stands above this file or in ROS_PACKAGE_PATH; "
+        f"{urdf}: {uri}: no folder {name} is found above this file or in ROS_PACKAGE_PATH; "
         f'write packages = {{ {name} = "FOLDER" }} in the description, before its first table'
     )
 
@@ -179,12 +179,13 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
     low, high = -TURN if low is None else low, TURN if high is None else high
     if kind == "continuous" and not narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: limits must leave a range within one turn, given {low:g} to {high:g}"
+            f"{path}: joint {joint.get('name')}: lower limit must be below the upper limit, within one turn to either "
+            f"side, given {low:g} and {high:g}"
         )
     if narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: soft limits must leave a range within the hard limits, "
-            f"given {low:g} to {high:g}; correct or remove safety_controller"
+            f"{path}: joint {joint.get('name')}: soft limits must overlap the hard limits, given {low:g} to {high:g}; "
+            "correct or remove safety_controller"
         )
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")

@@ -29,9 +29,9 @@ def _quaternions(value: Any) -> np.ndarray:
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError("must be a list of [w, x, y, z]") from None
+        raise ValueError("must be a list of quaternions [w, x, y, z]") from None
     if array.ndim != 2 or array.shape[1] != 4:
-        raise ValueError(f"must be a list of [w, x, y, z], given an array of shape {array.shape}")
+        raise ValueError(f"must be a list of quaternions [w, x, y, z], given an array of shape {array.shape}")
     lengths = np.linalg.norm(array, axis=1)
     wrong = ~(np.abs(lengths - 1.0) <= UNIT)
     if wrong.any():
@@ -45,7 +45,7 @@ def check_knots(times: list[float], **rows: np.ndarray | None) -> None:
     """Raise ValueError unless the times of knots increase, and each of the other fields has a row for each knot."""
     for earlier, later in pairwise(times):
         if not later > earlier:
-            raise ValueError(f"times must increase from knot to knot, given {earlier:g}, {later:g}")
+            raise ValueError(f"times must increase from knot to knot, given {earlier:g} and then {later:g}")
     for field, values in rows.items():
         if values is not None and len(values) != len(times):
             raise ValueError(f"{field} must have one item for each of {len(times)} times, given {len(values)}")

@@ -105,7 +105,8 @@ class Material(OpenRecord, extra="forbid"):
     def _check(self) -> Self:
         if self.orthotropic_membrane and self.compression < 1.0:
             raise ValueError(
-                f"compression must be 1 if shear_stiffness or stretch_stiffness_weft is given, given {self.compression}"
+                "compression must be 1 for a material with shear_stiffness or stretch_stiffness_weft, given "
+                f"{self.compression}"
             )
         if self.bending_rigidity_initial is not None and not self.bending_rigidity_initial > self.bending_rigidity:
             raise ValueError(
@@ -116,8 +117,8 @@ class Material(OpenRecord, extra="forbid"):
             least = 0.25 * (self.bending_rigidity + self.weft_rigidity)
             if self.bending_rigidity_bias < least * (1.0 - 1e-9):
                 raise ValueError(
-                    f"bending_rigidity_bias must be at least a quarter of the sum of warp and weft ({least:g} N m), "
-                    f"given {self.bending_rigidity_bias:g}"
+                    "bending_rigidity_bias must be at least a quarter of the rigidities of warp and weft together "
+                    f"({least:g} N m), given {self.bending_rigidity_bias:g}"
                 )
         return self
 
@@ -221,5 +222,7 @@ def load_material(path: Path) -> Material:
         raise InputError(f"material: must be a .toml file or one of {', '.join(preset_names())}, given {str(path)!r}")
     value = read_toml(path)
     if not isinstance(value.get("material"), dict):
-        raise InputError(f"{path}: material: must be a table [material] with areal_density and others, given none")
+        raise InputError(
+            f"{path}: material: must be a table [material] with areal_density and other fields, given none"
+        )
     return validated(Material, value["material"], path)

@@ -48,7 +48,7 @@ class Rollout:
             times, positions, faces = (arrays.pop(name) for name in ("times", "positions", "faces"))
             _check(times, positions, faces)
             if any(array.dtype.kind == "U" for array in arrays.values()):
-                raise ValueError("the array info must be the only text")
+                raise ValueError("only the array info must be text")
             if not isinstance(info, dict):
                 raise ValueError("info must be a JSON object")
             return cls(times, positions, faces, info, arrays)
@@ -60,9 +60,7 @@ def _check(times: np.ndarray, positions: np.ndarray, faces: np.ndarray) -> None:
     if times.dtype.kind != "f" or positions.dtype.kind != "f" or faces.dtype.kind not in "iu":
         raise ValueError("times and positions must be floating point numbers, faces integers")
     if positions.shape != (len(times), positions.shape[1], 3) or not len(times) or faces.shape[1] != 3:
-        raise ValueError(
-            "positions must have one frame for each time and x, y, z for each vertex, and faces 3 vertices each"
-        )
+        raise ValueError("positions must have x, y, z of each vertex at each time, and faces must have 3 vertices each")
     if not (np.isfinite(times).all() and np.isfinite(positions).all()):
         raise ValueError("times and positions must be finite")
     if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < positions.shape[1]:

@@ -36,8 +36,8 @@ def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None
     if not (within > MIN_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
         wrong = int(np.argmin(within))
         raise ValueError(
-            f"fibre must have a part in the plane of its triangle, given {fibre[min(wrong, len(fibre) - 1)].tolist()} "
-            f"in triangle {wrong}"
+            f"fibre must not be perpendicular to its triangle, given {fibre[min(wrong, len(fibre) - 1)].tolist()} in "
+            f"triangle {wrong}"
         )
 
 
@@ -112,7 +112,7 @@ class Gripper(Record):
     def _check(self) -> Self:
         twice = next((one for one, other in pairwise(sorted(self.vertices)) if one == other), None)
         if twice is not None:
-            raise ValueError(f"vertices must be different from one another, given {twice} twice")
+            raise ValueError(f"vertices must not contain an index twice, given {twice} twice")
         if self.opens is not None and not self.opens > self.closes:
             raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
         check_knots(self.times, displacements=self.displacements)
@@ -153,8 +153,8 @@ class Scene(Record):
         for number, gripper in enumerate(self.grippers):
             if max(gripper.vertices) >= count:
                 raise ValueError(
-                    f"grippers.{number}.vertices must be below {count}, the number of vertices, "
-                    f"given {max(gripper.vertices)}"
+                    f"grippers.{number}.vertices must be indices below {count}, the number of vertices, given "
+                    f"{max(gripper.vertices)}"
                 )
         self._check_held_once()
         for number, body in enumerate(self.bodies):
@@ -187,8 +187,7 @@ class Scene(Record):
                 if start < end:
                     first, second = sorted((one, other))
                     raise ValueError(
-                        f"grippers must hold different vertices at a time, given {first} and {second} with the same "
-                        "vertex"
+                        f"grippers must not hold the same vertex at the same time, given grippers {first} and {second}"
                     )
 
     @property

@@ -44,8 +44,8 @@ class Capabilities:
         """Raise InputError if the scene has rigid bodies that the simulator `name` cannot simulate."""
         if scene.bodies and not self.bodies:
             raise InputError(
-                f"bodies: must be none for {name}, which cannot simulate rigid bodies, given "
-                f"{len(scene.bodies)}; simulate the scene with native"
+                f"bodies: must be left out for {name}, which cannot simulate rigid bodies, given {len(scene.bodies)}; "
+                "simulate the scene with native"
             )
 
     def lacking(self, material: Material) -> list[str]:
@@ -53,12 +53,12 @@ class Capabilities:
         lines = []
         own = [name for name in (*ORTHOTROPIC_MEMBRANE, *ORTHOTROPIC_BENDING) if getattr(material, name) is not None]
         if own and not self.orthotropy:
-            lines.append(f"{', '.join(own)}: ignored, so the cloth is alike in all directions")
+            lines.append(f"{', '.join(own)}: ignored, so the cloth is equally stiff in all directions")
         if material.bending_hysteresis > 0.0 and not self.hysteresis:
             lines.append("bending_hysteresis: ignored, so bending is elastic")
         if material.directional_air and not self.directional_air:
             given = [name for name in DIRECTIONAL_AIR if getattr(material, name) > 0.0]
-            lines.append(f"{', '.join(given)}: ignored, so air acts by air_drag only")
+            lines.append(f"{', '.join(given)}: ignored, so air acts through air_drag only")
         return lines
 
 

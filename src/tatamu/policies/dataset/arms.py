@@ -59,7 +59,9 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
         raise InputError(f"robot.table_height: {error}") from None
     best = best_placements(robot, hands, heights, place=wanted.place)[0]
     if not best.is_good:
-        raise InputError(f"robot: {wanted.name} must reach the largest fold that may be drawn; give smaller sizes")
+        raise InputError(
+            f"robot: must reach the largest fold of the dataset, but {wanted.name} does not; give smaller sizes"
+        )
     return Stand(
         robot=wanted.name,
         place=astuple(best.placement),

@@ -21,7 +21,7 @@ class Uniform(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.high >= self.low:
-            raise ValueError(f"low must be at most high, given low = {self.low:g} and high = {self.high:g}")
+            raise ValueError(f"low must not be above high, given low = {self.low:g} and high = {self.high:g}")
         return self
 
 

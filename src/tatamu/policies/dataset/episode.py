@@ -156,8 +156,8 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
             reason = str(error)
     assert recorder.stand is not None
     raise InputError(
-        f"robot: must do some of the folds that are drawn, but {recorder.stand.robot} can do 0 of "
-        f"{attempts}; the last fold failed because {reason}"
+        f"robot: must be able to do some of the drawn folds, but {recorder.stand.robot} can do 0 of {attempts}; the "
+        f"last fold failed because {reason}"
     )
 
 

@@ -88,8 +88,8 @@ class DatasetFolder:
         if not self.file.exists():
             why = "has no dataset.json"
             if self.started_file.exists():
-                why = "the dataset is unfinished; run the same `tatamu dataset` again"
-            raise InputError(f"{self.path}: must be the folder of a dataset, but {why}")
+                why = "is unfinished; run the same `tatamu dataset` command again"
+            raise InputError(f"{self.path}: must be the folder of a finished dataset, but {why}")
         return _read_record(self.file)
 
     def locked(self) -> AbstractContextManager[object]:
@@ -110,7 +110,7 @@ class DatasetFolder:
         if self.started_file.exists():
             self.refuse_other(record, _read_record(self.started_file))
         elif known:
-            raise InputError(f"{self.path}: must be a new folder or that of a dataset; give another --out")
+            raise InputError(f"{self.path}: must be a new folder or the folder of a dataset; give another --out")
         else:
             write_json(self.started_file, record.model_dump(mode="json"))
 
@@ -123,13 +123,12 @@ class DatasetFolder:
         before = before or self.read()
         if before.specification != record.specification:
             raise InputError(
-                f"{self.path}: must be the folder of the same dataset, given one of another dataset file; "
-                "give another --out"
+                f"{self.path}: must be made from the same dataset file, but is made from another; give another --out"
             )
         if before.tatamu != record.tatamu and not self.is_finished:
             raise InputError(
-                f"{self.path}: must be continued by tatamu {before.tatamu}, which started this dataset, given "
-                f"{record.tatamu}; give another --out"
+                f"{self.path}: must be continued with tatamu {before.tatamu}, which started the dataset, given "
+                f"{record.tatamu}; install that version, or give another --out"
             )
 
     def keep(self, episode: Episode) -> None:

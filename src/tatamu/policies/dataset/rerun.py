@@ -51,7 +51,9 @@ def replay(dataset: Path | str, episode: int) -> Replay:
     now = len(env.outcome()[0])
     if not recorded.vertices == len(final) == now:
         given = recorded.vertices if recorded.vertices != now else len(final)
-        raise InputError(f"{folder.path}: episode {episode} must have {now} vertices as its garment now, given {given}")
+        raise InputError(
+            f"{folder.path}: episode {episode} must have as many vertices as its garment ({now}), given {given}"
+        )
     actions = _actions(folder, "lerobot" in about.specification.formats, episode)
     answers = play(env, actions, about.stand)
     reached, score = env.outcome()

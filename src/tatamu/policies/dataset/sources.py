@@ -127,7 +127,7 @@ def _folders(specification: DatasetSpecification) -> list[Path]:
     sweep = SweepFolder(Path(specification.fold.sweep))
     complete = [sweep.of_task(record.name) for record in sweep.read() if record.state == "complete"]
     if not complete:
-        raise InputError(f"{sweep.path}: fold.sweep: must be the folder of a sweep in which a task is finished")
+        raise InputError(f"{sweep.path}: fold.sweep: must be a sweep with at least one finished task, given none")
     return complete
 
 

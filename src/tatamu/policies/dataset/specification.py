@@ -23,12 +23,12 @@ class GarmentDraw(Record):
 
     name: Names = "towel"
     width: Distribution | None = None
-    """[m]; None for the garment's own."""
+    """Width of the garment [m]; None for the garment's own."""
     length: Distribution | None = None
-    """[m]; None for the garment's own."""
+    """Length of the garment [m]; None for the garment's own."""
     material: Names | None = None
     spacing: Annotated[Number, Field(gt=0.0)] | None = None
-    """[m]; None for the garment's own."""
+    """Edge length of the mesh [m]; None for the garment's own."""
     scale: Annotated[Number, Field(gt=0.0)] | None = None
     """Metres per unit of the garment's file; None if the file contains its unit."""
 
@@ -36,7 +36,7 @@ class GarmentDraw(Record):
     def _check(self) -> Self:
         if (self.width is None) != (self.length is None):
             given, other = ("length", "width") if self.width is None else ("width", "length")
-            raise ValueError(f"{other} must be given with {given}")
+            raise ValueError(f"{other} must be given if {given} is given")
         return self
 
     @property
@@ -54,7 +54,7 @@ class FoldDraw(Record):
     plan: Names = "half"
     """Name or file of a plan, whose first step is folded; only for drawn folds."""
     hands: Literal[1, 2] | None = None
-    """None for the plan's number; only for drawn folds."""
+    """Number of hands; None for that of the plan; only for drawn folds."""
     spread: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.0
     """Largest deviation of each parameter from the learned fold or the arched curve, as a fraction of its range."""
     runs: Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)] | None = None
@@ -67,9 +67,9 @@ class FoldDraw(Record):
         for source, name in (("learned", "runs"), ("sweep", "sweep")):
             given = getattr(self, name)
             if self.source == source and given is None:
-                raise ValueError(f"{name} must be given with source = {source!r}")
+                raise ValueError(f"{name} must be given if source is {source!r}")
             if self.source != source and given is not None:
-                raise ValueError(f"{name} must be left out unless source = {source!r}, given source = {self.source!r}")
+                raise ValueError(f"{name} must only be given if source is {source!r}, given {self.source!r}")
         return self
 
 
@@ -95,7 +95,7 @@ class RecordOptions(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.cameras)) < len(self.cameras):
-            raise ValueError("cameras must be different names")
+            raise ValueError("cameras must not contain a name twice")
         return self
 
 
@@ -105,7 +105,7 @@ class OutcomeOptions(Record):
     worlds: Annotated[StrictInt, Field(ge=0, le=10_000)] = 0
     """Number of scenarios that are simulated with each fold, besides the episodes."""
     simulator: Literal["mujoco", "blender"] | None = None
-    """A second simulator, in which the hands move the same."""
+    """A second simulator, in which the hands make the same motion."""
 
 
 class DatasetSpecification(Record):
@@ -130,15 +130,15 @@ class DatasetSpecification(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.formats)) < len(self.formats):
-            raise ValueError("formats must be different names")
+            raise ValueError("formats must not contain a name twice")
         if self.fold.source != "drawn":
             usual = FoldDraw.model_fields
             drawn = [name for name in ("plan", "hands") if getattr(self.fold, name) != usual[name].default]
             if self.garment is not None or drawn:
                 given = "garment" if self.garment is not None else f"fold.{drawn[0]}"
-                raise ValueError(f"{given} must be left out for learned folds, which have their own")
+                raise ValueError(f"{given} must be left out for learned folds, because each learned fold has its own")
         if self.disturbances == "none" and self.outcome.worlds:
-            raise ValueError(f"outcome.worlds must be 0 without disturbances, given {self.outcome.worlds}")
+            raise ValueError(f"outcome.worlds must be 0 if disturbances is none, given {self.outcome.worlds}")
         return self
 
     @property

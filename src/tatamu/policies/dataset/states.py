@@ -95,7 +95,7 @@ def read_states(root: Path, episode: int, names: Sequence[str]) -> dict[str, np.
         # the codecs of Zarr 2 can run code, and consolidated metadata can describe arrays of Zarr 2
         group = zarr.open_group(store=str(root), mode="r", zarr_format=3, use_consolidated=False)
         if missing := [name for name in names if name not in group]:
-            raise InputError(f"{root}: has no array {missing[0]!r}")
+            raise InputError(f"{root}: must contain the array {missing[0]!r}")
         for name in ("length", *names):
             _refuse_large(root, name, group[name])
         frames = int(group["length"][episode])
@@ -106,8 +106,8 @@ def _refuse_large(root: Path, name: str, array: Any) -> None:
     """Raise an InputError if an episode has so many numbers or chunks that reading it would take minutes."""
     numbers, chunks = prod(array.shape[1:]), prod(map(ceil, np.divide(array.shape[1:], array.chunks[1:])))
     if numbers > 1_000_000_000 or chunks > 20_000:
-        limits = "at most 1000000000 numbers in 20000 chunks for an episode"
-        raise InputError(f"{root}: {name}: must have {limits}, given {numbers} in {chunks}")
+        limits = "at most 1000000000 numbers and 20000 chunks"
+        raise InputError(f"{root}: {name}: an episode must have {limits}, given {numbers} numbers and {chunks} chunks")
 
 
 def _create(group: Any, name: str, count: int, extent: Extent) -> Any:

@@ -40,8 +40,7 @@ class GarmentEnv(gymnasium.Env[Observation, np.ndarray]):
             garment = make_task(garment, fold=fold, size=size, material=material, spacing=spacing)
         elif (fold, size, material, spacing) != ("half", None, None, None):
             raise InputError(
-                "fold, size, material, spacing: must be left out with a task, which has its own; give these values to "
-                "make_task"
+                "fold, size, material, spacing: must be left out if garment is a Task; give these values to make_task"
             )
         self.task = garment
         self.disturbances = disturbances

@@ -69,7 +69,9 @@ class Observer:
         self.names = (names,) if isinstance(names, str) else tuple(names)
         allowed = [name for name in OBSERVATIONS if hands or name != "hands"]
         if not self.names or len(set(self.names)) < len(self.names) or set(self.names) - set(allowed):
-            raise InputError(f"observation: must be different names of {', '.join(allowed)}, given {names!r}")
+            raise InputError(
+                f"observation: must be one or more of {', '.join(allowed)}, each at most once, given {names!r}"
+            )
         if not 8 <= pixels <= 4096:
             raise InputError(f"pixels: must be from 8 to 4096, given {pixels}")
         self.studio = Studio(start, garment.faces, pixels)

@@ -100,7 +100,7 @@ def _base_python() -> str:
     found = shutil.which(f"python{PYTHON}")
     if found is None:
         raise InputError(
-            f"install blender: Python {PYTHON} must be on the search path for bpy {VERSION}; install this "
+            f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; install this "
             "Python, or Blender itself (3.4 or later)"
         )
     return found

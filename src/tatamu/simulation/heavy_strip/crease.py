@@ -114,8 +114,8 @@ def least_energy(thickness: float) -> np.ndarray:
         )
     if not result.success:
         raise TatamuError(
-            f"crease: no shape of minimum energy is found for cloth with a thickness of {thickness:g} bending "
-            f"lengths: {result.message}"
+            f"crease: no shape of minimum energy is found for cloth whose thickness is {thickness:g} bending lengths: "
+            f"{result.message}"
         )
     return np.asarray(result.x)
 

@@ -152,7 +152,9 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     flat = area < 1e-6 * longest_sides(rest, faces) ** 2
     if flat.any() or not area.min() > 1e-12:
         wrong = int(np.argmax(flat | (area <= 1e-12)))
-        raise ValueError(f"faces must have an area, given none in triangle {wrong} {faces[wrong].tolist()}")
+        raise ValueError(
+            f"faces must have an area above 0, given triangle {wrong} {faces[wrong].tolist()} without area"
+        )
     loose = np.setdiff1d(np.arange(count), faces)
     if len(loose):
         raise ValueError(f"vertices must each belong to a triangle, given vertex {loose[0]} without a triangle")
@@ -160,13 +162,14 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     if topology.faces_per_edge.max() > 2:
         crowded = int(np.argmax(topology.faces_per_edge))
         raise ValueError(
-            f"faces must form a manifold with at most 2 triangles at an edge, given "
+            "faces must form a manifold, with at most 2 triangles at each edge, given "
             f"{topology.faces_per_edge[crowded]} at edge {topology.edges[crowded].tolist()}"
         )
     around, most = np.bincount(faces.ravel()), 1000  # the memory for contact around a vertex grows with the square
     if around.max() > most:
         raise ValueError(
-            f"faces must be at most {most} at a vertex, given {around.max()} at vertex {int(around.argmax())}"
+            f"faces must have at most {most} triangles at each vertex, given {around.max()} at vertex "
+            f"{int(around.argmax())}"
         )
     apart = ~among(seams, topology.inner_edges)
     if apart.any():

@@ -123,14 +123,14 @@ class Run:
             if warning.number
         ]
         if self.scene.material.compression < 1.0:
-            found.append("mujoco: cloth resists compression as it does tension")
+            found.append("mujoco: compression: ignored, so cloth resists compression as much as tension")
         found += [f"mujoco: {line}" for line in CAPABILITIES.lacking(self.scene.material)]
         cloth, coarsest = self.scene.cloth, (CAPABILITIES.sound_cell or np.inf) * self.scene.material.bending_length
         spacing = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
         if spacing > coarsest:
             found.append(
-                f"mujoco: folds fall into flat creases with cells of {1e3 * spacing:.0f} mm; use cells of at most "
-                f"{1e3 * coarsest:.0f} mm"
+                f"mujoco: the mesh is so coarse ({1e3 * spacing:.0f} mm) that folds become flat creases; give a "
+                f"spacing of at most {1e3 * coarsest:.0f} mm"
             )
         return found
 

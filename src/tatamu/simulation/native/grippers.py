@@ -65,8 +65,8 @@ class HandTarget:
         vertices = tuple(int(vertex) for vertex in array)
         if before is not None and set(vertices) != set(before):
             raise InputError(
-                f"{name}.vertices: must be those that the closed gripper holds; open the gripper before it "
-                "grasps others"
+                f"{name}.vertices: must be the vertices that the closed gripper holds; open the gripper before it "
+                "grasps other vertices"
             )
         return before or vertices
 

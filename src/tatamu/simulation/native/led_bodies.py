@@ -106,8 +106,8 @@ def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest:
     fastest_turn = 50.0  # [rad/s], at which the end of a finger of 0.2 m moves at 10 m/s
     if not angle <= fastest_turn * seconds:
         raise InputError(
-            f"{name}.orientation: must be reached with at most {fastest_turn:g} rad/s, given {180 * angle / pi:.3g} "
-            f"degrees in {seconds:.3g} s"
+            f"{name}.orientation: must be reachable at up to {fastest_turn:g} rad/s, given a turn of "
+            f"{180 * angle / pi:.3g} degrees in {seconds:.3g} s"
         )
     return BodyPose(position, turned)
 
@@ -115,7 +115,9 @@ def _pose(target: BodyTarget, now: BodyPose, name: str, seconds: float, fastest:
 def check_speed(name: str, way: float, seconds: float, fastest: float) -> None:
     """Raise InputError if a way [m] cannot be covered in `seconds` at the speed `fastest` [m/s]."""
     if not way <= fastest * (1.0 + 1e-9) * seconds:
-        raise InputError(f"{name}: must be reached with at most {fastest:g} m/s, given {way:.3g} m in {seconds:.3g} s")
+        raise InputError(
+            f"{name}: must be reachable at up to {fastest:g} m/s, given a distance of {way:.3g} m in {seconds:.3g} s"
+        )
 
 
 def _numbers(given: Sequence[float] | np.ndarray, count: int, name: str, what: str) -> np.ndarray:

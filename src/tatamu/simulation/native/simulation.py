@@ -125,11 +125,10 @@ class Simulation:
         step = self.sizes.outer_step
         if self.done:
             raise InputError(
-                f"seconds: must end within the scene, which has ended after {self.time:.6g} s; give the scene "
-                "a longer duration"
+                f"seconds: the scene has already ended at {self.time:.6g} s; give the scene a longer duration"
             )
         if not step <= seconds < inf:
-            raise InputError(f"seconds: must be finite and at least an outer step of {step:.3g} s, given {seconds}")
+            raise InputError(f"seconds: must be finite and at least one outer step ({step:.3g} s), given {seconds}")
         requested = min(self._requested + seconds, self.scene.duration)
         stop = max(self.number, min(self._step_at(requested), self.steps))
         count = len(self.scene.grippers)
@@ -160,7 +159,7 @@ class Simulation:
     def restore(self, state: SimulationState) -> None:
         """Set the simulation to a saved state, or raise InputError if its scene, options or version differ."""
         if state.digest != self._digest:
-            raise InputError("state: must be of the same scene, options and version of tatamu, given another")
+            raise InputError("state: must come from a simulation with the same scene, options and version of tatamu")
         self.number = state.number
         self._requested = state.requested
         self._untangle_at = state.untangle_at
@@ -242,8 +241,8 @@ class Simulation:
             missing = np.linalg.norm(gripper.displacements[-1] - gripper.displacement(duration))
             if gripper.times[-1] > duration and missing > 1e-3:
                 lines.append(
-                    f"grippers.{number}: the scene ends after {duration:g} s, before the motion until "
-                    f"{gripper.times[-1]:g} s; give all times in seconds, or a longer duration"
+                    f"grippers.{number}: the motion lasts until {gripper.times[-1]:g} s, but the scene ends at "
+                    f"{duration:g} s; give all times in seconds, or a longer duration"
                 )
         return lines
 
@@ -310,14 +309,14 @@ class Simulation:
             worst = int(stretches.argmax())
             if not stretches[worst] <= limits.largest_stretch:
                 raise SceneError(
-                    f"cloth.vertices: must be stretched to at most {limits.largest_stretch:g} of rest_vertices, "
-                    f"given {stretches[worst]:.3g} in triangle {worst}"
+                    f"cloth.vertices: must not stretch a triangle to more than {limits.largest_stretch:g} times "
+                    f"rest_vertices, given {stretches[worst]:.3g} times in triangle {worst}"
                 )
         index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(recent))
         if speed > limits.fastest_hand:
             raise SceneError(
-                f"grippers.{index}: must be slow enough for the cloth to follow, given {speed:.3g} m/s at t = "
-                f"{when:.3f} s; robots' arms move at up to 2 m/s"
+                f"grippers.{index}: must not move faster than {limits.fastest_hand:g} m/s, given {speed:.3g} m/s at t "
+                f"= {when:.3f} s; robots' arms move at up to 2 m/s"
             )
         if stretch > limits.largest_stretch:
             raise SimulationError(
@@ -339,8 +338,8 @@ class Simulation:
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene must need at most {limits.most_work:g} vertex steps, which take hours, given {work:.2g}; "
-                "give a coarser mesh or a shorter duration"
+                f"the scene must need at most {limits.most_work:g} vertex steps, which would take hours, given "
+                f"{work:.2g}; give a coarser mesh or a shorter duration"
             )
 
 

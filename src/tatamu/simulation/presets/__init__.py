@@ -41,7 +41,7 @@ class Preset(Record):
                     raise ValueError(f"spread and source must only contain fields of a material, given {name}")
         for name, (low, high) in self.spread.items():
             if not low <= getattr(self.material, name) <= high:
-                raise ValueError(f"{name} must be from {low:g} to {high:g}, which is its spread")
+                raise ValueError(f"{name} must be within its spread, {low:g} to {high:g}")
         return self
 
 
