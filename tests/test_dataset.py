@@ -138,7 +138,7 @@ def test_an_interrupted_dataset_is_resumed(
     assert not out.is_finished and len(list(out.path.glob(".episodes/*.npz"))) == 3
     with pytest.raises(InputError, match="is unfinished; run the same `tatamu dataset` command again"):
         out.read()
-    with pytest.raises(InputError, match="must be made from the same dataset file"):
+    with pytest.raises(InputError, match="must contain a dataset made from this dataset file"):
         make_dataset(specification(seed=4), out.path)
     again = Dying(3)
     make_dataset(specification(), out.path, executor=again)
@@ -204,7 +204,7 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         ("episodes = 2\nformats = []", r"formats"),
         ('episodes = 2\n[garment]\nwidth = "wide"\nlength = 0.4', r"garment.width.*must be a number, a list"),
         (f"episodes = 2\n[garment]\nwidth = {10**400}\nlength = 0.4", r"garment.width.*must be a number, a list"),
-        ("episodes = 2\n[garment]\nwidth = 0.3", r"garment.*length must be given with width"),
+        ("episodes = 2\n[garment]\nwidth = 0.3", r"garment.*length must be given if width is given"),
         ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"low must not be above high"),
         ("episodes = 2\n[garment]\nname = []", r"garment.name.*must be a name, or a list of names"),
         ('episodes = 2\n[fold]\nsource = "learned"', r"fold.*runs must be given"),
@@ -317,7 +317,7 @@ def test_states_that_would_take_minutes_are_refused(tmp_path: Path, shape: list[
     group = zarr.create_group(store=str(tmp_path / "s.zarr"))
     group.create_array("length", data=np.array([3, 3]))
     group.create_array("action", shape=tuple(shape), chunks=tuple(chunks), dtype="f4")
-    assert "action: must have at most" in refusal(read_states, tmp_path / "s.zarr", 0, ["action"])
+    assert "action: an episode must have at most" in refusal(read_states, tmp_path / "s.zarr", 0, ["action"])
 
 
 def test_consolidated_metadata_of_zarr_2_is_not_believed(made: DatasetFolder, tmp_path: Path) -> None:

@@ -267,7 +267,7 @@ def test_a_ply_that_lies_is_one_line(form: str, tmp_path: Path) -> None:
         (ply(ARROW, [[0, 1, -1]], form), "uses a vertex outside 0 to 5"),
         (ply(ARROW, [[0, 1]], form), "faces must have 3 to 2000 corners, given 2"),
         (ply(ARROW, [], form), "must contain triangles"),
-        (whole.replace(b"vertex 6", b"vertex 6000000000"), "must have at most 600000 elements vertex"),
+        (whole.replace(b"vertex 6", b"vertex 6000000000"), "must have at most 600000 vertex elements"),
         (whole.replace(b"face 1", b"face 9"), "ends too early"),
         (whole.replace(b"float x", b"floot x"), "is not a mesh file"),
         (whole.replace(b"float x", b"float w"), "is not a mesh file"),

@@ -120,7 +120,7 @@ def test_an_error_leaves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"observation.state": np.full((4, 3), np.nan)}, "observation.state: must be finite"),
+        ({"observation.state": np.full((4, 3), np.nan)}, "observation.state: must contain finite numbers"),
         (
             {"observation.images.top": np.zeros((4, 64, 64, 3))},
             "observation.images.top: pictures must have 8-bit numbers",

@@ -88,7 +88,11 @@ def test_the_warp_runs_along_x_and_along_y_where_a_triangle_lies_across_x() -> N
 
 
 @pytest.mark.parametrize(
-    ("fibre", "said"), [([[1, 0, 0]] * 3, "one vector or one for each of 2"), ([[0, 0, 1]], "in the plane")]
+    ("fibre", "said"),
+    [
+        ([[1, 0, 0]] * 3, "one vector or one for each of 2"),
+        ([[0, 0, 1]], "perpendicular to its triangle, given .* in triangle 0"),
+    ],
 )
 def test_a_wrong_fibre_is_refused(fibre: list[list[float]], said: str) -> None:
     corners = [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0]]

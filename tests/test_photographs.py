@@ -119,7 +119,7 @@ def test_a_corner_turned_in_is_refused_unless_it_is_shown(tmp_path: Path, folder
     points[turned, :2] -= inside[turned, None] * [1.0, 1.0]
     points[turned, 2] += 0.003
     Image.fromarray(photograph(SHOT, laid(points, garment.faces, PLACE), PAPERS)).save(tmp_path / "turned.png")
-    with pytest.raises(InputError, match="corner top-left is turned in"):
+    with pytest.raises(InputError, match="corner top-left must lie flat, but is turned in"):
         tt.locate(tmp_path / "turned.png", folder / "board.toml")
     pixel = SHOT.camera().project(np.array([[*PLACE.place(np.array([[0.15, 0.10]]))[0], 0.001]]))[0]
     found = tt.locate(tmp_path / "turned.png", folder / "board.toml", corners={"top-left": pixel})

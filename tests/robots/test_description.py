@@ -55,14 +55,14 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
         (
             'name = "pair"',
             'name = "pair"\ntable_heights = [0.2, -0.1]',
-            "table_heights must be [minimum, maximum], given [0.2, -0.1]",
+            r"table_heights must be \[minimum, maximum\], given \[0.2, -0.1\]",
         ),
         (
             '"pan", "lift"',
             '"lift", "pan"',
             "larm.joints: must be in the order from the base to the hand: pan, lift, elbow",
         ),
-        ('"pan", "lift"', '"pan", "pan"', "larm: joints must be different"),
+        ('"pan", "lift"', '"pan", "pan"', "larm: joints must not contain a name twice"),
         ('link = "turn_link"', 'link = "roll_link"', "larm.joints: must move roll_link, given bend"),
     ],
 )

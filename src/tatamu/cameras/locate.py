@@ -256,7 +256,7 @@ def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], lear
     if turned:
         name = max(turned, key=lambda each: turned[each])
         raise InputError(
-            f"{path}: corner {name} must lie flat, but is folded in by {1e3 * turned[name]:.0f} mm; lay the corner "
+            f"{path}: corner {name} must lie flat, but is turned in by {1e3 * turned[name]:.0f} mm; lay the corner "
             f"flat, or give its pixel with --corner {name}=X,Y"
         )
     if learned and not (np.abs(np.log(fit.scale)) < 0.15).all():

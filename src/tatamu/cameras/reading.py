@@ -121,10 +121,7 @@ class FoldReader:
             InputError: If the fold uses a single hand, or no cloth is found.
         """
         if fold.hands != 2:
-            raise InputError(
-                "fold: must use two hands, because a photo of another fold cannot be measured; measure the fold with a "
-                "ruler"
-            )
+            raise InputError("fold: must use two hands to be measured in a photo; measure this fold with a ruler")
         self._photograph, self._frame, self._spread, self._fold = photograph, frame, spread, fold
         self._hem = {"left": int(fold.left[0]), "right": int(fold.right[0])}  # vertices at the moved hem's corners
         self._edge = find_cloth(photograph).points

@@ -116,7 +116,7 @@ def _unit(entities: list[Any], document: Any, path: Path) -> Unit:
         metres = float(conversion_factor(InsertUnits(code), InsertUnits.Meters))
     except (ValueError, TypeError):
         raise InputError(
-            f"$INSUNITS: must be the code of a unit of length, given {code}; give the scale in metres per unit"
+            f"$INSUNITS: must be the code of a unit of length, given {code}; give --scale in metres per unit"
         ) from None
     near = next((name for scale, name in NAMES.items() if abs(scale / metres - 1.0) < 1e-6), None)
     return Unit(metres, near or InsertUnits(code).name.lower(), f"DXF, $INSUNITS {code}")

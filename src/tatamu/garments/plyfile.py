@@ -67,7 +67,7 @@ def parse_ply(data: bytes) -> TriangleMesh:
             elif element.properties:
                 body.table(element)
         except IndexError:
-            stated = f"its header states {element.count} elements {element.name}"
+            stated = f"its header states {element.count} {element.name} elements"
             raise ValueError(f"the file ends too early: {stated}") from None
     for number, corners in enumerate(polygons):
         if any(not 0 <= corner < len(vertices) for corner in corners):
@@ -103,7 +103,7 @@ def _header(data: bytes) -> tuple[Order | None, list[_Element], bytes]:
     for element in elements:
         most = MAX_TRIANGLES if element.name == "face" else MAX_VERTICES
         if element.count > most:
-            raise InputError(f"mesh: must have at most {most} elements {element.name}, given {element.count}")
+            raise InputError(f"mesh: must have at most {most} {element.name} elements, given {element.count}")
     return ORDERS[stated], elements, body[2:] if body.startswith(b"\r\n") else body[1:]
 
 

@@ -315,7 +315,7 @@ def _length(name: str, style: Mapping[str, str], place: _Place) -> float:
     found = LENGTH.fullmatch(text)
     if found is None or (found[2].lower() not in UNITS and found[2] != "%"):
         raise InputError(
-            f"outline: {name} must be a number, a length in mm, cm, in, pt or px, or %, given {text[:40]!r}"
+            f"outline: {name} must be a number, a percentage, or a length in mm, cm, in, pt or px, given {text[:40]!r}"
         )
     if found[2] != "%":
         return float(found[1]) * UNITS[found[2].lower()].pixels

@@ -36,8 +36,8 @@ def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None
     if not (within > MIN_IN_PLANE * np.maximum(np.linalg.norm(fibre, axis=1), 1e-30)).all():
         wrong = int(np.argmin(within))
         raise ValueError(
-            f"fibre must not be perpendicular to its triangle, given {fibre[min(wrong, len(fibre) - 1)].tolist()} in "
-            f"triangle {wrong}"
+            "fibre must not be zero or perpendicular to its triangle, given "
+            f"{fibre[min(wrong, len(fibre) - 1)].tolist()} in triangle {wrong}"
         )
 
 
