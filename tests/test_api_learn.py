@@ -321,7 +321,7 @@ def test_wrong_parameters_are_refused_by_name(change: dict[str, Any], named: str
 
 def test_options_of_version_0_2_warn_and_have_no_effect() -> None:
     for name, value in (("quantile", 0.9), ("coarse", False)):
-        with pytest.warns(FutureWarning, match=f"^{name}: has no effect"):
+        with pytest.warns(FutureWarning, match=f"^{name}: no longer has an effect"):
             assert LearnOptions(**{name: value}) == LearnOptions()
     with pytest.warns(FutureWarning, match="use Scenarios"):
         assert isinstance(tatamu.Disturbed(Nominal(towel()), default_disturbances(), 0.9), tatamu.Scenarios)

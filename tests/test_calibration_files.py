@@ -140,7 +140,7 @@ def test_a_preset_is_a_material_with_sources(name: str) -> None:
 def test_presets_are_listed_and_say_that_they_are_presets() -> None:
     done = tatamu("materials")
     assert done.returncode == 0 and all(name in done.stdout for name in preset_names())
-    assert "other cloth than yours" in done.stdout
+    assert "other people's cloth" in done.stdout
     assert "11 oz" in tatamu("materials", "denim").stdout
 
 

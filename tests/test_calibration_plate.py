@@ -61,8 +61,11 @@ def test_a_photo_tells_coefficient_and_folds(tmp_path: Path) -> None:
 def test_a_photo_in_other_units_is_refused(tmp_path: Path) -> None:
     photographed(tmp_path / "drape.png")
     for more, said in (
-        ({"ruler": "100,20 500,20 20"}, "larger than the plate and smaller than the disc"),
-        ({"plate": "0.4"}, "smaller than disc"),
+        (
+            {"ruler": "100,20 500,20 20"},
+            "cover more than the plate and less than the disc",
+        ),
+        ({"plate": "0.4"}, "less than --disc (0.3 m), given 0.4 m"),
     ):
         error = CliRunner().invoke(app, asked(tmp_path / "drape.png", **more)).exception
         assert isinstance(error, InputError) and said in str(error)

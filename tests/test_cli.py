@@ -106,7 +106,7 @@ def test_an_interrupted_command_says_that_what_was_finished_is_kept(
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 130
-    assert "what was finished is kept" in capsys.readouterr().err
+    assert "finished work is kept" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("threads", ["0", "-1", "many", ""])

@@ -100,7 +100,7 @@ def test_a_search_that_still_got_better_shall_have_more_trials(folder: Path) -> 
 
 def test_a_search_that_no_longer_got_better_is_told_of_other_folds(folder: Path) -> None:
     early = failed_with_best(folder, 2)
-    assert "best trial came early, as 2 of 10" in early[0] and "tatamu plans" in early[1]
+    assert "best trial came early, trial 2 of 10" in early[0] and "tatamu plans" in early[1]
 
 
 def test_another_trial_or_a_fixed_trajectory_that_succeeds_is_named(folder: Path) -> None:
@@ -109,7 +109,7 @@ def test_another_trial_or_a_fixed_trajectory_that_succeeds_is_named(folder: Path
     changed(folder / "result.json", lambda value: value["trials"][5].update(mean_vertex_distance=0.004, mask_iou=0.9))
     changed(folder / "result.json", lambda value: value.update(baselines=baselines))
     advice = conclusion(folder).advice
-    assert "trial 5 succeeds (4.0 mm), although its path is longer" in advice[0]
+    assert "trial 5 succeeds (4.0 mm from the target), but the search chose a shorter path" in advice[0]
     assert "Circular arc" in advice[1]
 
 

@@ -136,12 +136,12 @@ def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path
     import dask
     import distributed
 
-    said = r"must have certificates, but Dask's configuration does not contain .*ca-file"
+    said = r"needs certificates; set .*ca-file in the configuration of Dask"
     with pytest.raises(InputError, match=said):
         with connected("tls://127.0.0.1:9"):
             pass
     with dask.config.set({name: "/nowhere" for name in CERTIFICATES}):
-        with pytest.raises(InputError, match=r"ca-file of Dask's configuration must be a file, given /nowhere"):
+        with pytest.raises(InputError, match=r"ca-file in Dask's configuration must be a file, given /nowhere"):
             with connected("tls://127.0.0.1:9"):
                 pass
     cert = str(certificate(tmp_path))
@@ -240,8 +240,8 @@ def test_how_long_a_call_may_take_follows_the_others() -> None:
 
 def test_other_versions_are_named() -> None:
     assert difference(dict(versions())) is None
-    assert "numpy 1.0 there" in (difference({**versions(), "numpy": "1.0"}) or "")
-    assert "missing there" in (difference({}) or "")
+    assert "numpy 1.0, not " in (difference({**versions(), "numpy": "1.0"}) or "")
+    assert "Python missing, not " in (difference({}) or "")
     with pytest.raises(UnavailableError, match="same versions"):
         checked_call({**versions(), "tatamu": "0.0"}, nap, 0.0)
 
@@ -251,7 +251,7 @@ def test_workers_of_other_versions_are_refused(executor: DaskExecutor, monkeypat
 
     monkeypatch.setattr("tatamu.cluster.versions.versions", lambda: {**versions(), "numpy": "1.26.4"})
     with pytest.raises(
-        InputError, match=r"worker tcp://.* has numpy .* there, 1\.26\.4 here; install the same versions"
+        InputError, match=r"worker tcp://.* has numpy .*, not 1\.26\.4 as on this machine; install the same versions"
     ):
         refuse_other_versions(executor._client, "local:2")
 
@@ -262,7 +262,7 @@ def test_workers_and_schedulers_with_an_old_dask_are_refused(
     """A worker of 2024 dies of the first call, and a client cannot even connect to a scheduler of 2024."""
     from tatamu.cluster.connection import refuse_other_versions
 
-    said = r"has distributed 2024\.4\.1 there, .* here; install the same versions"
+    said = r"runs Dask 2024\.4\.1, not .* as on this machine; install the same version"
     old = {"packages": {"distributed": "2024.4.1"}}
     with monkeypatch.context() as patched:
         patched.setattr(executor._client, "get_versions", lambda: {"workers": {"tcp://a:1": old}})
@@ -272,7 +272,7 @@ def test_workers_and_schedulers_with_an_old_dask_are_refused(
     with connected(scheduler) as again:
         assert again.submit(nap, 0.0).result(LONGEST) == 0.0
     monkeypatch.setattr("tatamu.cluster.connection.OLDEST_DASK", (9999, 1))
-    with pytest.raises(InputError, match=r"the scheduler has distributed .* there, .* here; install"):
+    with pytest.raises(InputError, match=r"the scheduler runs Dask .*, not .* as on this machine; install"):
         with connected(scheduler):
             pass
 

@@ -159,7 +159,7 @@ def test_the_exit_code_is_the_verdict(
     [
         ((), "--simulator: must be"),
         (("--simulator", "unreal"), "simulator: must be one of"),
-        (("--all", "--random", "5"), "--all: is now"),
+        (("--all", "--random", "5"), "--all: no longer exists; run `python -m benchmarks.crosscheck`"),
         (("--simulator", "native", "--material", "none.toml"), "none.toml"),
     ],
 )
@@ -173,7 +173,9 @@ def test_a_folder_that_cannot_be_made_again_is_refused(folder: Path, tmp_path: P
     told = json.loads((folder / "result.json").read_text())
     told["task"]["material"] = Material(**{**CLOTH.model_dump(), "thickness": 0.004}).model_dump()
     (tmp_path / "result.json").write_text(json.dumps(told))
-    with pytest.raises(InputError, match="the target of its task has changed"):
+    with pytest.raises(
+        InputError, match="the target of the task has changed since the fold was learned; learn the fold again"
+    ):
         _ = Result.load(tmp_path).task
     (tmp_path / "step-1").mkdir()
     with pytest.raises(InputError, match="several steps"):

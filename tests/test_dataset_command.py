@@ -50,7 +50,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ended = tatamu("dataset", str(written(folder, 1)), "--workers", "1", "--out", str(folder / "folds"))
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.splitlines()[-2:] == [
-        f"{DatasetFolder(folder / 'folds').read().successes} of 1 episodes succeed, "
+        f"{DatasetFolder(folder / 'folds').read().successes} of 1 episodes succeed; the dataset has "
         f"{DatasetFolder(folder / 'folds').read().frames} frames",
         f"dataset: {folder / 'folds/dataset.html'}",
     ]

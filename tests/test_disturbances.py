@@ -72,7 +72,7 @@ def low(task: Task) -> Manipulation:
         (BOTH + MATRIX + "[[1.0, 0.5], [0.4, 1.0]]", "symmetric"),
         (BOTH + MATRIX + "[[2.0, 0.5], [0.5, 1.0]]", "correlation.matrix"),
         (BOTH + MATRIX + "[[1.0, 0.5]]", "matrix must have 2 rows"),
-        (MATRIX + "[[1.0, 0.5], [0.5, 1.0]]", "must each have a deviation"),
+        (MATRIX + "[[1.0, 0.5], [0.5, 1.0]]", "correlation.parameters contains bending_rigidity; add the deviation of"),
         (
             "[material]\nbending_rigidity = 0.1\nfriction_table = 0.1\nareal_density = 0.1\n[correlation]\n"
             "parameters = ['bending_rigidity', 'friction_table', 'areal_density']\n"
@@ -294,7 +294,7 @@ def test_the_material_is_off_within_what_a_material_may_be(task: Task, low: Mani
 def test_hands_that_would_grasp_one_place_fail_and_end_nothing(task: Task) -> None:
     scenario = Scenario({"grasp.along.left": -0.1, "grasp.along.right": 0.1})
     found = Outcome.of(Nominal(task).simulate(LOW, scenario), task.fold)
-    assert found.error == "both hands grasp the same place" and not Limits().hold(found)
+    assert found.error == "both hands would grasp the same place" and not Limits().hold(found)
 
 
 def test_a_rate_counts_failures_by_cause_and_has_the_interval_of_clopper_and_pearson(task: Task) -> None:

@@ -206,7 +206,9 @@ def nan_for_low_curves(parameters: Mapping[str, int | float]) -> float:
 
 
 def test_an_own_objective_that_is_not_finite_is_named_with_its_value_and_parameters() -> None:
-    with pytest.raises(InputError, match=r"nan_for_low_curves must return a finite number, given nan for .*'x1'"):
+    with pytest.raises(
+        InputError, match=r"nan_for_low_curves must return a finite number, but returned nan for .*'x1'"
+    ):
         learn(towel(), plain(trials=1, baselines=False), evaluate=nan_for_low_curves)
 
 

@@ -298,10 +298,10 @@ def test_means_move_scenarios_and_nothing_else() -> None:
     [
         ("left = [1.0]", "left"),
         ("left = [1.0, 'a']", "left.1"),
-        ("left = [5000.0, 0.0]", r"left: must be two numbers \(along and across the fold\) from -500 to 500 mm"),
+        ("left = [5000.0, 0.0]", "left: must be two numbers, along and across the fold, from -500 to 500 mm"),
         ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain the left corner"),
         ("middle = [1.0, 2.0]", "middle"),
-        ("failed = false", "must contain at least one distance"),
+        ("failed = false", "must contain at least one number, unless the fold failed"),
         ("left = [1.0, 2.0]\ndeviation = 0.0", "deviation"),
         ("failed = 1", "failed"),
     ],
@@ -362,7 +362,7 @@ def test_a_correction_that_is_killed_leaves_no_mixture(learned: Result, name: st
         Result.load(path)
     assert tatamu("correct", str(folder.path)).returncode == 0
     assert (path / "manipulation.json").read_text() == whole
-    with pytest.raises(InputError, match="choose another folder"):
+    with pytest.raises(InputError, match="but contains a learned fold; give another folder"):
         tt.correct(found, out=folder.path)
 
 
@@ -384,12 +384,12 @@ def test_correct_says_that_nothing_is_written(learned: Result) -> None:
     [
         (
             {"left": (12, -3)},
-            r"left: must be two numbers \(along and across the fold\) from -0\.5 to 0\.5 m, the size of the cloth, "
+            r"left: must be two numbers, along and across the fold, from -0\.5 to 0\.5 m \(the size of the cloth\), "
             "given 12, -3",
         ),
         ({"right": (0.6, 0.0)}, "right: must be .* given 0.6, 0.0"),
         ({"slip": (0.01,)}, "slip: must be two numbers"),
-        ({"slip": 0.01}, "slip: must be two numbers .* from .*, given 0.01"),
+        ({"slip": 0.01}, "slip: must be two numbers, .* from .*, given 0.01"),
         ({"left": (0.01, float("nan"))}, "left: must be two numbers"),
         ({"left": (0.01, 0.0), "deviation": 0.0}, "deviation: must be above 0 m, given 0.0"),
     ],
@@ -431,15 +431,15 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
     ("words", "message"),
     [
         (["--left", "12;3"], "--left: must be two numbers in millimetres, such as 12,-3, given '12;3'"),
-        (["--left", "1200,0"], "--left: must be two numbers (along and across the fold) from -500 to 500 mm"),
+        (["--left", "1200,0"], "--left: must be two numbers, along and across the fold, from -500 to 500 mm"),
         (["--left", "12,0", "--deviation", "-1"], "--deviation: must be above 0 mm, given -1.0"),
         (["--turned-in", "top"], "--turned-in: must be left, right or both, given 'top'"),
         (["--board", "b.toml"], "--photo: must be given, because --board"),
-        (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without numbers as options"),
+        (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without other numbers"),
         (["--template", "f.toml", "--failed"], "--template: must be given without measured numbers"),
-        (["--photo", "a.jpg"], "board, sheet: exactly one must be given, given 0"),
+        (["--photo", "a.jpg"], "--board, --sheet: exactly one is needed, given neither"),
         (["--from", "nothing.toml"], "nothing.toml: cannot be read"),
-        ([], "has no measured fold; run `tatamu observe "),
+        ([], "contains no measured fold; run `tatamu observe "),
     ],
 )
 def test_the_command_line_names_what_is_wrong(learned: Result, words: list[str], message: str) -> None:
@@ -477,4 +477,4 @@ def test_learn_after_takes_the_options_of_the_fold(learned: Result, tmp_path: Pa
             task, options = learn.call_args.args
             assert options.trials == trials and options.disturbances is None and task.garment.size == (0.24, 0.5)
             assert learn.call_args.kwargs["after"] == [learned.folder]
-    assert "GARMENT: must be given unless --after" in refused("learn", "--out", str(tmp_path / "next"))
+    assert "GARMENT: must be given, unless --after" in refused("learn", "--out", str(tmp_path / "next"))

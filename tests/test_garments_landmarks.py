@@ -115,6 +115,6 @@ def test_openings_can_be_edited(tmp_path: Path) -> None:
 
 def test_other_garments_are_not_known_by_their_outline(tmp_path: Path) -> None:
     photograph(tmp_path / "photo.png", (60, 90, 170), (150, 110, 75))
-    with pytest.raises(InputError, match="garment: must be tshirt"):
+    with pytest.raises(InputError, match="--garment: must be tshirt"):
         command("outline", tmp_path / "photo.png", "--width", 0.5, "--garment", "socks", "--out", tmp_path / "a.svg")
     assert not (tmp_path / "a.svg").exists()

@@ -82,10 +82,10 @@ def test_a_garment_at_the_border_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "exactly one must be given, given 0"),
-        (["--width", "0.5", "--ruler", "0,0 1,1 1"], "exactly one must be given, given 2"),
-        (["--width", "-1"], "must be a length above zero"),
-        (["--width", "inf"], "must be a length above zero"),
+        ([], "--width, --ruler, --sheet: exactly one is needed, given none"),
+        (["--width", "0.5", "--ruler", "0,0 1,1 1"], "exactly one is needed, given 2"),
+        (["--width", "-1"], "must be a length above 0 m"),
+        (["--width", "inf"], "must be a length above 0 m"),
         (["--ruler", " "], "must be two pixels"),
         (["--ruler", "0,0 nan,1 0.5"], "must be a number"),
         (["--sheet", ""], "must be four corners"),

@@ -268,5 +268,5 @@ def test_the_sheet_that_gives_the_scale_is_no_part_of_the_garment(tmp_path: Path
     sheet = ("--sheet", "60,640 200,640 200,840 60,840 0.0933x0.1333")
     assert "other region" in command("outline", tmp_path / "a.png", "--width", 0.54, *out)
     assert "other region" not in command("outline", tmp_path / "a.png", *sheet, *out)
-    with pytest.raises(InputError, match="must be pixels from"):
+    with pytest.raises(InputError, match="must be pixels X,Y from"):
         command("outline", tmp_path / "a.png", "--ruler", "1e308,0 -1e308,0 1", *out)

@@ -101,7 +101,7 @@ def test_a_folder_of_another_study_keeps_its_own_files(desk: Path, tmp_path: Pat
     folder = learned(desk, tmp_path / "out", fold="half")
     before = (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes()
     (desk / "patterns" / "bag.svg").write_text(svg(LOOP.replace("380", "360")))
-    with pytest.raises(InputError, match="must contain the same study"):
+    with pytest.raises(InputError, match="contains a study with other options"):
         learned(desk, folder, fold="half")
     assert (folder / "inputs" / "garment" / "patterns" / "bag.svg").read_bytes() == before
 
@@ -115,7 +115,7 @@ def test_sources_that_cannot_be_read_are_named(tmp_path: Path) -> None:
 def test_a_wrong_index_is_named(tmp_path: Path, text: str) -> None:
     (tmp_path / "inputs").mkdir()
     (tmp_path / "inputs" / "files.json").write_text(text)
-    with pytest.raises(InputError, match=r"files\.json: must give the name of a file for each kind"):
+    with pytest.raises(InputError, match=r"files\.json: must contain a file name for each kind"):
         kept_input(tmp_path, "fold")
 
 

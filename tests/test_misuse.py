@@ -47,7 +47,7 @@ def test_what_is_read_is_not_written_over(tmp_path: Path) -> None:
 
 def test_files_of_somebody_else_are_kept(tmp_path: Path) -> None:
     (tmp_path / "report.html").write_text("precious")
-    with pytest.raises(InputError, match=r"must not contain report\.html without a study"):
+    with pytest.raises(InputError, match=r"contains report\.html but no study, so learning would overwrite this file"):
         learn(make_task("towel", spacing=0.04), LearnOptions(trials=1), out=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     assert (tmp_path / "report.html").read_text() == "precious"

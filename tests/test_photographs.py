@@ -266,9 +266,9 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ([], "board, sheet: exactly one must be given, given 0"),
-        (["--board", "B", "--sheet", "a4"], "given 2"),
-        (["--sheet", "a3"], "sheet: must be a4 or letter, given 'a3'"),
+        ([], "--board, --sheet: exactly one is needed, given neither"),
+        (["--board", "B", "--sheet", "a4"], "--board, --sheet: exactly one is needed, given both"),
+        (["--sheet", "a3"], "--sheet: must be a4 or letter, given 'a3'"),
         (["--board", "B", "--board-pose", "1,2"], "board-pose: must be x,y,yaw"),
         (["--board", "B", "--board-pose", "1,2,nan"], "board-pose: must be x,y,yaw"),
         (["--board", "B", "--touch", "0,0 1,0"], "three marks A, B and C"),
@@ -277,12 +277,12 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
             ["--board", "B", "--touch", "0,0 0.18,0 0,0.24", "--board-pose", "0,0,0"],
             "must not both be given; leave one out",
         ),
-        (["--board", "B", "--corner", "left"], "corner: must be NAME=X,Y"),
+        (["--board", "B", "--corner", "left"], "--corner: must be NAME=X,Y"),
         (
             ["--board", "B", "--corner", "a=1,2", "--corner", "a=1,2"],
-            "corner: must name each corner once, given a twice",
+            "--corner: must name each corner once, given a twice",
         ),
-        (["--board", "B", "--out", "x.png"], "out: must be a .json file"),
+        (["--board", "B", "--out", "x.png"], "--out: must be a .json file"),
         (["--board", "B", "--garment", "tshirt"], "must lie like a flat tshirt"),
         (["--board", "B", "--picture", "x.svg"], "picture: must be a .png or .jpg"),
         (["--board", "B", "--garment", "sock"], "sock"),

@@ -72,7 +72,7 @@ def test_an_address_is_read() -> None:
 
 def test_a_database_that_is_not_there_is_said_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tatamu.study.database.OPENING_SECONDS", 0.5)
-    with pytest.raises(UnavailableError, match=r"127\.0\.0\.1:9/studies: does not answer for 0\.5 s"):
+    with pytest.raises(UnavailableError, match=r"127\.0\.0\.1:9/studies: has not answered for 0\.5 s"):
         with shared_database("postgresql://folder@127.0.0.1:9/studies"):
             pass
 
@@ -103,7 +103,7 @@ def test_names_are_apart_for_folders_and_tasks(database: SharedDatabase, tmp_pat
         learn_plain(task, tmp_path / folder, trials=1, seed=seed, baselines=False, database=database)
         names.add(json.loads((tmp_path / folder / "study.json").read_text())["name"])
     assert len(names) == 3
-    with pytest.raises(InputError, match="must contain the same study"):
+    with pytest.raises(InputError, match="contains a study with other options"):
         learn_plain(task, tmp_path / "a", trials=1, seed=1, baselines=False, database=database)
 
 
@@ -186,7 +186,7 @@ def test_a_database_that_stays_away_ends_the_run_and_keeps_what_was_finished(
     database.retry_seconds = 0.5
     server.control("stop", "-m", "fast")
     try:
-        with pytest.raises(UnavailableError, match=r"does not answer for 0\.5 s .*finished trials are kept"):
+        with pytest.raises(UnavailableError, match=r"has not answered for 0\.5 s .*finished trials are kept"):
             learn_plain(task, tmp_path, trials=2, baselines=False, database=database)
     finally:
         server.control("start")

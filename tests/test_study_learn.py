@@ -232,9 +232,9 @@ def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"seed": 1}, "seed is 0 there, 1 here"),
-        ({"sampler": "random"}, 'sampler is "gp" there'),
-        ({"trials": 3}, "trials: must be at least 6, the number of trials in .*, given 3"),
+        ({"seed": 1}, "seed was 0, is now 1"),
+        ({"sampler": "random"}, 'sampler was "gp", is now'),
+        ({"trials": 3}, "trials: must be at least 6, because .* has 6 trials already, given 3"),
     ],
 )
 def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:
@@ -243,7 +243,7 @@ def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], na
 
 
 def test_another_towel_is_not_touched(learned: Path) -> None:
-    with pytest.raises(InputError, match=r"task\.size is \[0\.24, 0\.5\] there, \[0\.24, 0\.6\] here"):
+    with pytest.raises(InputError, match=r"task\.size was \[0\.24, 0\.5\], is now \[0\.24, 0\.6\]"):
         learn_plain(task(size=(0.24, 0.6)), learned, trials=6)
 
 
@@ -258,7 +258,7 @@ def test_a_corrupted_study_is_refused_and_kept(tmp_path: Path, content: bytes) -
 def test_a_study_of_somebody_elses_is_refused(tmp_path: Path) -> None:
     study = optuna.create_study(storage=f"sqlite:///{tmp_path / 'study.db'}", study_name="tatamu")
     study.add_trial(optuna.trial.create_trial(value=1.0))
-    with pytest.raises(InputError, match="must contain a study of tatamu"):
+    with pytest.raises(InputError, match="contains a study that tatamu did not make; give another folder"):
         learn_plain(task(), tmp_path, trials=2)
 
 

@@ -190,7 +190,7 @@ def test_plans_and_single_folds_do_not_share_a_folder(learned: Path, tmp_path: P
     with pytest.raises(InputError, match="plan of several steps"):
         learn_plan(learned, 2, task(fold="half"))
     (tmp_path / "study.db").touch()
-    with pytest.raises(InputError, match="given a single fold"):
+    with pytest.raises(InputError, match="but contains a single fold; give another folder"):
         learn_plan(tmp_path, 2)
 
 

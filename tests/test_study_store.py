@@ -114,7 +114,9 @@ def test_a_trial_that_optuna_left_is_said_in_one_line(
     leave(folder)
     before = (folder / "study.db").read_bytes()
     for trials in (3, 5):
-        assert re.search(rf"study\.db: trial 2: .*{state}.*delete the trial in Optuna", refusal(learn, folder, trials))
+        assert re.search(
+            rf"study\.db: trial 2: .*{state}.*delete this trial with Optuna", refusal(learn, folder, trials)
+        )
     assert (folder / "study.db").read_bytes() == before
 
 

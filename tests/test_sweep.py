@@ -83,7 +83,10 @@ def test_the_grid_and_single_tasks_are_read(tmp_path: Path) -> None:
         ('[[task]]\ngarment = "towel"\nseed = "x"', r"task\[0\]: seed"),
         ('[[task]]\ngarment = "towel"\nseed = true', r"task\[0\]: seed"),
         ('[[task]]\ngarment = "towel"\nname = "../x"', r"task\[0\].name"),
-        ('[[task]]\ngarment = "towel"\n[[task]]\ngarment = "towel"', "must differ from"),
+        (
+            '[[task]]\ngarment = "towel"\n[[task]]\ngarment = "towel"',
+            r"task\[1\] has the same name as task\[0\]; give each task a name",
+        ),
         ('version = 2\n[[task]]\ngarment = "towel"', "version"),
         ('tasks = 3\n[[task]]\ngarment = "towel"', "tasks"),
         ("[grid", "is not valid TOML"),

@@ -111,7 +111,9 @@ def learn(
     first: Sequence[Parameters] = ()
     if after:
         if options.disturbances is not None:
-            raise InputError("disturbances: must be left out with after, because measured folds have their own")
+            raise InputError(
+                "disturbances: must be left out with after, because the measured folds determine the disturbances"
+            )
         known = known_of([_loaded(each) for each in after], task, options.grasps)
         task, first = replace(task, shift=known.shift), known.first
         options = options.model_copy(update={"disturbances": known.disturbances})

@@ -40,7 +40,7 @@ def test_where_there_is_no_placement_learning_within_reach_is_proposed(
     folder: Path, tmp_path: Path, asked: list[str]
 ) -> None:
     where = [str(folder), "--out", str(tmp_path / "plan")]
-    remedy = "`tatamu learn .. --robot {}` searches only folds within its reach"
+    remedy = "`tatamu learn .. --robot {}` searches only folds that this robot reaches"
     assert remedy.format("hironx") in said(*where)
     assert remedy.format("nextage") in said(*where, "--robot", "nextage")
     changed(folder / "result.json", lambda value: value["task"].update(robot="nextage"))
@@ -69,7 +69,7 @@ def test_several_robots_say_who_can(folder: Path, tmp_path: Path, asked: list[st
     assert asked == ["hironx", "openarm"] and "no placement" in error
     said(str(folder), "--out", str(tmp_path / "plans"), "--robot", str(own))
     assert asked[2:] == ["pair"], "a comma in the name of a file is no list"
-    assert "--lerobot: must be given with one robot" in said(
+    assert "--lerobot: must be given with a single robot" in said(
         str(folder), "--out", "p", "--robot", "hironx,openarm", "--lerobot", str(tmp_path / "d")
     )
     assert not (tmp_path / "plans").exists()

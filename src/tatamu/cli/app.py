@@ -46,8 +46,8 @@ for command in COMMANDS:
 
 @app.command(hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def validate() -> None:
-    """Tell users of this former command what has replaced it."""
-    raise InputError("validate: is now `python -m tests.physics` in a checkout of tatamu")
+    """Say what has replaced this former command."""
+    raise InputError("validate: no longer exists; run `python -m tests.physics` in a checkout of tatamu")
 
 
 def _version(value: bool) -> None:

@@ -11,14 +11,18 @@ from tatamu.base.errors import InputError
 
 
 def calibrate(
-    measurements: Path = typer.Argument(..., metavar="MEASUREMENTS.toml", help="File of the measurements."),
-    out: Path = typer.Option(..., metavar="MATERIAL.toml", help="File of the material; its page gets the same name."),
+    measurements: Path = typer.Argument(
+        ..., metavar="MEASUREMENTS.toml", help="File of your measurements, from `tatamu measure`."
+    ),
+    out: Path = typer.Option(
+        ..., metavar="MATERIAL.toml", help="Material file to write, with a page of the same name."
+    ),
     simulator: str = typer.Option(
         "native", help="Simulator to calibrate; the material is valid for this simulator only."
     ),
     spacing: float | None = typer.Option(
         None,
-        help="Mesh spacing of the simulated tests in metres; default: so fine that a finer one would change little.",
+        help="Mesh spacing of the simulated tests in metres; default: fine enough that a finer mesh changes little.",
     ),
 ) -> None:
     """Find the material with which a simulator reproduces your measurements.
@@ -52,7 +56,7 @@ def calibrate(
     given = load_measurements(measurements)
     prepare(simulator)
     counts: Counter[str] = Counter()
-    with progress("simulating the tests") as report:
+    with progress("simulating the calibration tests") as report:
 
         def show(test: str) -> None:
             counts[test] += 1

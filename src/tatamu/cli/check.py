@@ -21,7 +21,7 @@ def check(
         metavar="FILE.toml",
         help="Material of the cloth in the other simulator; default: the material of the fold.",
     ),
-    halve: bool = typer.Option(False, "--halve", help="Simulate on a mesh of half the spacing."),
+    halve: bool = typer.Option(False, "--halve", help="Simulate with half the mesh spacing."),
     out: Path | None = typer.Option(None, metavar="OUT", help="Output folder; default: DIR/check-SIMULATOR."),
     everything: bool = typer.Option(False, "--all", hidden=True),
     former: list[str] | None = typer.Option(None, "--simulators", "--random", "--seed", "--scheduler", hidden=True),
@@ -44,9 +44,9 @@ def check(
     from tatamu.study.result import Result
 
     if everything or former:
-        raise InputError("--all: is now `python -m benchmarks.crosscheck` in a checkout of tatamu")
+        raise InputError("--all: no longer exists; run `python -m benchmarks.crosscheck` in a checkout of tatamu")
     if not simulator:
-        raise InputError("--simulator: must be given: native, blender or mujoco")
+        raise InputError("--simulator: must be native, blender or mujoco, given none")
     require(simulator)
     learned = Result.load(folder)
     given = None if material is None else load_material(material)

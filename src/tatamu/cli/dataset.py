@@ -58,7 +58,7 @@ def dataset(
         with resumable(f"finished episodes are kept in {out}"), progress(out.name, unit="episodes") as report:
             found = make_dataset(wanted, out, executor=executor, progress=report)
     about = found.read()
-    print(f"{about.successes} of {about.episodes} episodes succeed, {about.frames} frames")
+    print(f"{about.successes} of {about.episodes} episodes succeed; the dataset has {about.frames} frames")
     print(f"dataset: {found.page}")
 
 
@@ -83,7 +83,7 @@ def replay(
     was = "failed" if before is None else f"{1e3 * before.mean_vertex_distance:.2f} mm"
     print(f"mean distance from the target: {1e3 * found.score.mean_vertex_distance:.2f} mm now, {was} when recorded")
     yes = {True: "yes", False: "no"}
-    print(f"success: {yes[found.success]}, recorded {yes[found.recorded.success]}")
+    print(f"success: {yes[found.success]} now, {yes[found.recorded.success]} when recorded")
     mean, largest = 1e3 * found.distances.mean(), 1e3 * found.distances.max()
     print(f"vertices differ from the recording by {mean:.3g} mm on average and by at most {largest:.3g} mm")
 

@@ -23,7 +23,7 @@ SizeOption = Annotated[str | None, typer.Option(metavar="WxL", help="Width x len
 MaterialOption = Annotated[
     Path | None,
     typer.Option(
-        metavar="FILE.toml", help="File of a material, or a preset such as denim; default: the garment's own fabric."
+        metavar="FILE.toml", help="Material file, or a preset such as denim; default: the garment's own fabric."
     ),
 ]
 SpacingOption = Annotated[float | None, typer.Option(help="Mesh spacing in metres.")]
@@ -31,7 +31,7 @@ ScaleOption = Annotated[
     float | None,
     typer.Option(
         metavar="M",
-        help="Metres per unit of the garment's file, such as 0.001; default: the unit that the file states.",
+        help="Length of one unit in the garment's file [m], such as 0.001; default: as stated in the file.",
     ),
 ]
 
@@ -60,7 +60,9 @@ def garments() -> None:
         rows.append((name, what, size, str(garment.layers), str(len(garment.vertices)), fabric))
     head = ("garment", "what", "width x length", "layers", "vertices", "fabric")
     Console().print(terminal(Table(head, rows)))
-    print("\nYour own garment: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or a garment file (.toml).")
+    print(
+        "\nOr use your own garment: an outline (.svg, .dxf), a mesh (.obj, .ply, .stl, .glb) or a garment file (.toml)."
+    )
 
 
 def plans(
@@ -68,13 +70,13 @@ def plans(
     out: Path | None = typer.Option(
         None,
         metavar="PATH",
-        help="A page (.html) or a picture (.png) of all plans, a file of the best plan (.toml), or a folder for "
-        "all of these.",
+        help="Write a page (.html) or a picture (.png) of all plans, the best plan (.toml), or all of these into a "
+        "folder.",
     ),
     fold: list[str] | None = typer.Option(
         None,
         metavar="NAME|FILE.toml",
-        help="Fold plan to show (repeatable), or auto for the best; default: all that are found.",
+        help="Fold plan to show (repeatable), or auto for the best; default: all plans.",
     ),
     size: SizeOption = None,
     material: MaterialOption = None,
@@ -103,8 +105,8 @@ def plans(
         raise InputError(f"--out: must be an .html, .png or .toml file or a folder, given {out}")
     if out is not None and out.suffix.lower() == ".toml" and len(fold or ()) > 1:
         raise InputError(
-            f"--out: must be a page, a picture or a folder for {len(fold or ())} plans, given the file of "
-            f"one plan, {out}"
+            f"--out: must be an .html file, a .png file or a folder for {len(fold or ())} plans, given {out}, which "
+            "can contain only one plan"
         )
     made = _made(garment, size, material, spacing, scale)
     found = chosen(made, fold or ())
@@ -144,7 +146,7 @@ def _write(garment: Garment, found: list[Proposal], out: Path) -> None:
 def show(
     garment: GarmentArgument,
     out: Path | None = typer.Option(
-        None, metavar="PATH", help="A page (.html), a picture (.png) or a folder for both; default: NAME.html."
+        None, metavar="PATH", help="Write a page (.html), a picture (.png), or both into a folder; default: NAME.html."
     ),
     size: SizeOption = None,
     scale: ScaleOption = None,

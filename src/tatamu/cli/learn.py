@@ -33,7 +33,7 @@ def _after(own: Mapping[str, Any], names_garment: bool) -> Mapping[str, Any]:
     if not runs:
         if names_garment:
             return {}
-        raise InputError("GARMENT: must be given unless --after gives a measured fold")
+        raise InputError("GARMENT: must be given, unless --after gives a measured fold")
     from tatamu.after.feedback.known import TRIALS
     from tatamu.report.command import request
     from tatamu.study.result import Result
@@ -51,8 +51,8 @@ def learn(
     after: list[Path] | None = typer.Option(
         None,
         metavar="RUN",
-        help="Start from a fold that `tatamu observe` has measured, with 20 trials and the errors that it estimated; "
-        "repeatable for folds of the same set-up.",
+        help="Start from this measured fold and the errors that `tatamu observe` inferred, with 20 trials; repeat the "
+        "option for more folds of the same set-up.",
     ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,
@@ -175,7 +175,7 @@ def success_lines(result: Result | PlanResult) -> Iterator[str]:
             name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "
             yield f"{name}{step.success.headline}; `tatamu margins {result.folder}` simulates more"
             for cause, count in step.success.causes.items():
-                yield f"{name}{count} of {step.success.simulations} {cause}: {HELP[cause]}"
+                yield f"{name}{count} of {step.success.simulations} fail ({cause}): {HELP[cause]}"
 
 
 def kept(path: Path) -> str:
@@ -186,5 +186,5 @@ def kept(path: Path) -> str:
     resume = "run the same command again to resume"
     if not folder.has_study:
         return f"interrupted before anything was finished; {resume}"
-    report = f"; what is finished is in {folder.report_file}" if folder.report_file.exists() else ""
+    report = f"; the report so far is {folder.report_file}" if folder.report_file.exists() else ""
     return f"interrupted; every finished trial is kept in {path}{report}; {resume}"

@@ -29,9 +29,11 @@ def locate(
     board: BoardOption = None,
     sheet: SheetOption = None,
     run: Path | None = typer.Option(
-        None, metavar="RUN", help="Folder of a learned fold, whose garment is compared with the cloth."
+        None, metavar="RUN", help="Folder of a learned fold; the fold's garment is compared with the cloth."
     ),
-    garment: str = typer.Option("towel", help="Garment if no RUN is given: a name such as towel, or a garment's file."),
+    garment: str = typer.Option(
+        "towel", help="Garment if --run is not given: a name such as towel, or a garment's file."
+    ),
     size: str | None = typer.Option(
         None, metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison."
     ),
@@ -41,17 +43,19 @@ def locate(
     touch: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y'",
-        help="Positions of the marks A, B and C of the board in the robot's base frame [m], each x,y or x,y,z, "
-        "as the robot touched them.",
+        help="Where the robot touched the board's marks A, B and C: for each, x,y or x,y,z in the robot's base "
+        "frame [m].",
     ),
     lens: LensOption = None,
     corner: CornerOption = None,
     join: JoinOption = False,
     picture: PictureOption = None,
     from_above: Path | None = typer.Option(
-        None, metavar="PICTURE", help="Picture of the table from straight above, .png or .jpg."
+        None, metavar="PICTURE", help="Picture to write: the table from straight above, .png or .jpg."
     ),
-    out: Path | None = typer.Option(None, metavar="LOCATED.json", help="File for pose, size, corners and outline."),
+    out: Path | None = typer.Option(
+        None, metavar="LOCATED.json", help="File to write: pose, size, corners and outline."
+    ),
 ) -> None:
     """Find the pose, size and outline of a garment on the table from a photo.
 
@@ -74,7 +78,7 @@ def locate(
         if path is not None:
             look.check_picture(path, option)
     if out is not None and out.suffix.lower() != ".json":
-        raise InputError(f"out: must be a .json file, given {out}")
+        raise InputError(f"--out: must be a .json file, given {out}")
     sources = [path for path in (photo, board, lens) if path is not None]
     check_targets([path for path in (picture, from_above, out) if path is not None], sources)
     found = find(
@@ -96,10 +100,10 @@ def locate(
         print(f"file: {out}")
     if picture is not None:
         look.write_picture(look.draw_located(found), picture)
-        print(f"check {picture}: the outline and the corners, drawn on the photo")
+        print(f"check the outline and the corners in {picture}")
     if from_above is not None:
         look.write_picture(look.from_above(found.photograph, found.fit.place(found.fit.shape.points)), from_above)
-        print(f"check {from_above}: the table from straight above")
+        print(f"check the table as seen from above in {from_above}")
 
 
 def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
@@ -120,8 +124,8 @@ def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
         except ValueError:
             place = np.empty(0)
         if not name or place.shape != (2,) or not (np.abs(place) < 1e6).all():
-            raise InputError(f"corner: must be NAME=X,Y in pixels, such as bottom-left=812,1640, given {text!r}")
+            raise InputError(f"--corner: must be NAME=X,Y in pixels, such as bottom-left=812,1640, given {text!r}")
         if name in found:
-            raise InputError(f"corner: must name each corner once, given {name} twice")
+            raise InputError(f"--corner: must name each corner once, given {name} twice")
         found[name] = place
     return found

@@ -19,19 +19,21 @@ if TYPE_CHECKING:
 
 
 def margins(
-    folder: Path = typer.Argument(..., metavar="DIR", help="Folder of a learned fold, or of a plan of several."),
+    folder: Path = typer.Argument(
+        ..., metavar="DIR", help="Folder of a learned fold, or of a learned plan of several steps."
+    ),
     disturbances: str | None = typer.Option(
         None,
         metavar="default|FILE.toml",
-        help="Errors of hands, cloth and table; default: those of the study, otherwise `default`.",
+        help="Disturbances of hands, cloth and table; default: as in the study, or `default` if the study had none.",
     ),
-    draws: int = typer.Option(200, help="Number of scenarios, in each of which all errors are drawn at once."),
+    draws: int = typer.Option(200, help="Number of scenarios, each with all disturbances at once."),
     seed: int = typer.Option(0, help="Seed of the scenarios."),
-    simulator: str | None = typer.Option(None, help="native, blender or mujoco; default: the simulator of the study."),
-    distance: float = typer.Option(0.0125, help="Maximum mean vertex distance in metres, above which the fold fails."),
-    iou: float = typer.Option(
-        0.80, help="Minimum overlap of the views from above (0 to 1), below which the fold fails."
+    simulator: str | None = typer.Option(
+        None, help="Simulator: native, blender or mujoco; default: the simulator of the study."
     ),
+    distance: float = typer.Option(0.0125, help="Mean vertex distance [m] above which a fold fails."),
+    iou: float = typer.Option(0.80, help="Mask IoU (overlap with the target, 0 to 1) below which a fold fails."),
     out: Path | None = typer.Option(
         None, metavar="OUT", help="Output folder; default: DIR/margins, or DIR/margins-SIMULATOR with --simulator."
     ),
@@ -67,9 +69,13 @@ def margins(
     results = ResultFolder(folder)
     steps = results.learned_steps() if results.holds_plan else [results]
     if not steps:
-        raise InputError(f"{folder}: must contain a learned step, given a plan without any; run `tatamu learn` first")
+        raise InputError(
+            f"{folder}: must contain a learned step, but no step has been learned yet; run `tatamu learn` first"
+        )
     if out is not None and len(steps) > 1:
-        raise InputError("--out: must be left out for a plan of several steps; give the folder of one step")
+        raise InputError(
+            "--out: must be left out for a plan of several steps; to use --out, give the folder of one step"
+        )
     with executor_at(scheduler) as executor:
         measure = partial(measure_margins, draws=draws, disturbances=given, seed=seed, limits=limits, executor=executor)
         for step in steps:

@@ -41,7 +41,7 @@ def materials(
     for line in _lines([load_preset(each) for each in preset_names()]):
         console.print(line, markup=False)
     console.print(
-        "Presets describe other cloth than yours, so treat them as a first guess. `tatamu materials "
+        "Presets describe other people's cloth, so they are only a first guess for yours. `tatamu materials "
         "NAME` shows the sources of a preset."
     )
 
@@ -77,7 +77,7 @@ def described(preset: Preset) -> str:
     from tatamu.show.material import filed_units
 
     lines = [
-        f"{preset.name}: {preset.preset.title} (a preset, which describes other cloth than yours)",
+        f"{preset.name}: {preset.preset.title} (a preset, so your own cloth may differ)",
         preset.preset.note,
     ]
     for name, unit in filed_units().items():

@@ -11,11 +11,13 @@ from tatamu.base.errors import InputError
 
 def measure(
     template: str | None = typer.Option(
-        None, metavar="GARMENT", help="Garment (towel, tshirt, trousers, ...) for which a file to fill in is written."
+        None, metavar="GARMENT", help="Write a form for the readings of this garment (towel, tshirt, trousers, ...)."
     ),
-    out: Path = typer.Option(Path("measurements.toml"), metavar="FILE.toml", help="File to fill in."),
+    out: Path = typer.Option(Path("measurements.toml"), metavar="FILE.toml", help="File name of the form."),
     drape: Path | None = typer.Option(
-        None, metavar="PHOTO", help="Photo from above of a cloth disc that hangs over a plate; its drape is read."
+        None,
+        metavar="PHOTO",
+        help="Read the drape from this photo, taken from above, of a cloth disc that hangs over a plate.",
     ),
     disc: float | None = typer.Option(None, help="With --drape: diameter of the cloth disc in metres."),
     plate: float | None = typer.Option(None, help="With --drape: diameter of the plate in metres."),
@@ -46,7 +48,7 @@ def measure(
         return
     content = text(template)
     if out.exists():
-        raise InputError(f"{out}: must be a new file, given an existing file; give another name with --out")
+        raise InputError(f"{out}: must be a new file, but already exists; give another name with --out")
     write_text(out, content)
     print(
         f"{out}: fill in the readings as `tatamu measure` explains, then run `tatamu calibrate {out} --out "
@@ -62,16 +64,16 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     from tatamu.garments.photo import find_outline, straightened
 
     if disc is None or plate is None or ruler is None:
-        raise InputError("--drape: must be given with --disc, --plate and --ruler")
+        raise InputError("--drape: must be given together with --disc, --plate and --ruler")
     if not 0.0 < plate < disc < np.inf:
-        raise InputError(f"plate: must be above zero and smaller than disc ({disc:g} m), given {plate:g} m")
+        raise InputError(f"--plate: must be above 0 m and less than --disc ({disc:g} m), given {plate:g} m")
     found = find_outline(photo)
     curve = straightened(found.outline, to_metres(found, None, ruler, None))
     outline = PlanOutline.of_curve(curve, centroid(curve))
     coefficient = outline.drape_coefficient(0.5 * disc, 0.5 * plate)
     if not 0.0 < coefficient < 1.0:
         raise InputError(
-            "drape: the outline must be larger than the plate and smaller than the disc, given "
+            "--drape: the cloth in the photo must cover more than the plate and less than the disc, given "
             f"{1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres"
         )
     print(f"drape_coefficient = [{coefficient:.3f}]")

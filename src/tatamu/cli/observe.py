@@ -32,19 +32,25 @@ def observe(
     left: str | None = typer.Option(
         None,
         metavar="A,B",
-        help="Error of the moved hem's left corner [mm]: how far too far along the fold, and how far too far "
-        "to the left.",
+        help="Deviation of the moved hem's left corner from its target [mm]: along the fold (too far is positive) and "
+        "across it (left is positive).",
     ),
     right: str | None = typer.Option(
-        None, metavar="A,B", help="Error of the moved hem's right corner [mm], measured as for --left."
+        None,
+        metavar="A,B",
+        help="Deviation of the moved hem's right corner from its target [mm], measured as for --left.",
     ),
-    slip: str | None = typer.Option(None, metavar="A,B", help="Distance that the lower hem has slipped [mm]."),
+    slip: str | None = typer.Option(
+        None, metavar="A,B", help="How far the lower hem has slipped [mm]: along the fold and across it."
+    ),
     deviation: float | None = typer.Option(None, help="Standard deviation of the measurements [mm]; default: 1.5."),
     turned_in: str | None = typer.Option(
-        None, metavar="left|right|both", help="Corners that are turned in, for which no numbers are needed."
+        None, metavar="left|right|both", help="Corners that are turned in; these corners need no numbers."
     ),
-    failed: bool = typer.Option(False, "--failed", help="The fold failed, so that nothing can be measured."),
-    form: Path | None = typer.Option(None, "--from", metavar="FILE.toml", help="Form that contains the numbers."),
+    failed: bool = typer.Option(False, "--failed", help="The fold failed, so nothing can be measured."),
+    form: Path | None = typer.Option(
+        None, "--from", metavar="FILE.toml", help="Filled-in form; --template writes an empty one."
+    ),
     photo: Path | None = typer.Option(
         None, metavar="PHOTO", help="Photo after the fold, from which the numbers are read."
     ),
@@ -59,7 +65,9 @@ def observe(
     lens: LensOption = None,
     corner: CornerOption = None,
     picture: PictureOption = None,
-    template: Path | None = typer.Option(None, metavar="FILE.toml", help="Only write an empty form, to be filled in."),
+    template: Path | None = typer.Option(
+        None, metavar="FILE.toml", help="Write an empty form to fill in, and do nothing else."
+    ),
     scheduler: SchedulerOption = None,
 ) -> None:
     """Record how a real fold ended, and infer the errors of hands, table and cloth.
@@ -91,20 +99,22 @@ def observe(
     given = {"left": left, "right": right, "slip": slip}
     typed = any(each is not None for each in (*given.values(), deviation, turned_in)) or failed
     if template is not None:
-        empty = "--template: must be given without measured numbers, because the form is empty"
+        empty = "--template: must be given without measured numbers, because it only writes an empty form"
         _refuse(typed or form is not None, empty)
-        other = f"--template: {template} exists; fill in this form and read it with --from, or choose another name"
+        other = (
+            f"--template: {template} already exists; fill in this form and read it with --from, or choose another name"
+        )
         _refuse(template.exists(), other)
         write_text(template, FORM)
         print(f"form: {template}")
         return
     seen = any(each is not None for each in (board, sheet, before, frame, lens, corner, picture))
     numbers = any(each is not None for each in (*given.values(), deviation, form))
-    twice = "--from: must be given without numbers as options, because the form contains the numbers"
+    twice = "--from: must be given without other numbers, because the form contains the numbers"
     _refuse(typed and form is not None, twice)
-    belong = "because --board, --sheet, --before, --frame, --lens and --corner belong to it"
-    _refuse(photo is None and seen, f"--photo: must be given, {belong}")
-    ruler_too = "--photo: must be given without numbers as options, because the photo replaces a ruler"
+    need = "because --board, --sheet, --before, --frame, --lens, --corner and --picture need a photo"
+    _refuse(photo is None and seen, f"--photo: must be given, {need}")
+    ruler_too = "--photo: must be given without other numbers, because the numbers are read from the photo"
     _refuse(photo is not None and numbers, ruler_too)
     learned = Result.load(folder)
     size = size_of(learned.task.fold)
@@ -137,7 +147,7 @@ def observe(
             print(f"{number.name}: {1e3 * number.value:+.1f} mm, σ {1e3 * number.deviation:.1f} mm")
         if picture is not None:
             look.write_picture(look.draw_reading(reading), picture)
-            print(f"check {picture}: the corners and their targets, drawn on the photo")
+            print(f"check the corners and their targets in {picture}")
     elif typed:
         pairs = {place: _pair(place, text) for place, text in given.items() if text is not None}
         sides = _sides(turned_in)

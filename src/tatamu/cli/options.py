@@ -20,7 +20,7 @@ SchedulerOption = Annotated[
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Dask scheduler whose workers to use (tcp://HOST:PORT), or local:N for N processes on this machine.",
+        help="Use the workers of a Dask scheduler (tcp://HOST:PORT), or N processes on this machine (local:N).",
     ),
 ]
 StorageOption = Annotated[
@@ -28,7 +28,7 @@ StorageOption = Annotated[
     typer.Option(
         "--storage",
         metavar="URL",
-        help="Database for studies, postgresql://USER@HOST/DB; the password is read from PGPASSWORD or ~/.pgpass.",
+        help="Database of the studies, postgresql://USER@HOST/DB; the password is read from PGPASSWORD or ~/.pgpass.",
     ),
 ]
 

@@ -12,18 +12,18 @@ from tatamu.cli.photographs import JoinOption
 
 def outline(
     photo: Path = typer.Argument(
-        ..., metavar="PHOTO", help="Photo from above, with the hem down and table on all sides."
+        ..., metavar="PHOTO", help="Photo from above, with the hem at the bottom, and the table visible on all sides."
     ),
-    out: Path = typer.Option(..., metavar="OUTLINE.svg", help="File of the outline."),
+    out: Path = typer.Option(..., metavar="OUTLINE.svg", help="Outline file to write."),
     width: float | None = typer.Option(None, help="Largest width of the garment, in metres."),
     ruler: str | None = typer.Option(
-        None, metavar="'X,Y X,Y LENGTH'", help="Two pixels, and their distance in metres."
+        None, metavar="'X,Y X,Y LENGTH'", help="Two pixels and the distance between them in metres."
     ),
     sheet: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y X,Y WxH'",
-        help="Corners of a sheet of paper on the table (top left, top right, bottom right, bottom left) and "
-        "its size in metres, to remove the perspective.",
+        help="Corners of a sheet of paper on the table, clockwise from the top left, and the sheet's size in metres; "
+        "removes the perspective.",
     ),
     garment: str | None = typer.Option(
         None,
@@ -55,12 +55,12 @@ def outline(
 
     given = [value for value in (width, ruler, sheet) if value is not None]
     if len(given) != 1:
-        raise InputError(f"width, ruler, sheet: exactly one must be given, given {len(given)}")
+        raise InputError(f"--width, --ruler, --sheet: exactly one is needed, given {len(given) or 'none'}")
     if out.suffix.lower() != ".svg":
-        raise InputError(f"out: must be an .svg file, given {out}")
+        raise InputError(f"--out: must be an .svg file, given {out}")
     if garment not in (None, "tshirt"):
         raise InputError(
-            f"garment: must be tshirt, given {garment!r}; write the openings of another garment into a garment file"
+            f"--garment: must be tshirt, given {garment!r}; for another garment, name the openings in a garment file"
         )
     picture = out.with_name(f"{out.stem}-on-photo.jpg")
     described = [out.with_suffix(".toml")] if garment else []
@@ -79,9 +79,9 @@ def outline(
         table = {"name": out.stem[:60], "kind": "tshirt", "outline": out.name, "openings": list(openings)}
         write_text(path, tomli_w.dumps({"garment": table}))
     print(f"outline: {out}, {across:.3f} m wide, {along:.3f} m long, {len(curve)} points")
-    print(f"check {picture}: the outline, drawn on the photo")
+    print(f"check the outline in {picture}")
     for path in described:
-        advice = "to change the openings, edit the lines of these names in the SVG"
+        advice = "to change the openings, edit the lines with these names in the .svg file"
         print(f"garment: {path}, two layers, open at {', '.join(openings)}; {advice}")
     for note in found.notes:
         print(f"note: {note}")

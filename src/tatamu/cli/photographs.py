@@ -16,20 +16,21 @@ BoardOption = Annotated[
     Path | None, typer.Option(metavar="BOARD.toml", help="The board in the photo, from `tatamu board`.")
 ]
 SheetOption = Annotated[
-    str | None, typer.Option(help="a4 or letter: a plain white sheet in the photo instead of a board.")
+    str | None, typer.Option(help="Size of a plain white sheet in the photo, instead of a board: a4 or letter.")
 ]
 LensOption = Annotated[Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")]
 CornerOption = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME=X,Y", help="True pixel of a corner that was found elsewhere; repeatable."),
+    typer.Option(metavar="NAME=X,Y", help="True pixel of a corner that was found in the wrong place; repeatable."),
 ]
 
 JoinOption = Annotated[
     bool,
-    typer.Option("--join", help="Take everything that differs from the table as the cloth, not only the largest part."),
+    typer.Option("--join", help="Treat as cloth everything that differs from the table, not only the largest part."),
 ]
 PictureOption = Annotated[
-    Path | None, typer.Option(metavar="PICTURE", help="Photo with what was found drawn on top, .png or .jpg.")
+    Path | None,
+    typer.Option(metavar="PICTURE", help="Picture to write: the photo with the result drawn on it, .png or .jpg."),
 ]
 
 
@@ -61,19 +62,19 @@ def board(
     write_pdf(made, out)
     write_board(made, described, out)
     width, height = 1e3 * made.size
-    count = "1 page" if pages == 1 else f"{pages} pages"
-    print(f"board: {out}, {count} of {paper}, with a pattern of {width:.0f} x {height:.0f} mm")
+    count = f"1 {paper} page" if pages == 1 else f"{pages} {paper} pages"
+    print(f"board: {out}, {count} with a pattern of {width:.0f} x {height:.0f} mm")
     print(
         f"print the board at 100 %: squares must be {1e3 * SQUARE:.0f} mm wide and the scale bar "
         f"{1e3 * BAR:.0f} mm long"
     )
-    print(f"file: {described}, for --board; if the printed scale bar is shorter or longer, correct `bar` in this file")
+    print(f"file for --board: {described}; if the printed scale bar has another length, correct `bar` in this file")
 
 
 def lens(
-    photos: list[Path] = typer.Argument(..., metavar="PHOTO..", help="Photos of the board, 4 to 40."),
+    photos: list[Path] = typer.Argument(..., metavar="PHOTO..", help="4 to 40 photos of the board."),
     board: Path = typer.Option(..., metavar="BOARD.toml", help="The board."),
-    out: Path = typer.Option(..., metavar="LENS.toml", help="File of the lens."),
+    out: Path = typer.Option(..., metavar="LENS.toml", help="Lens file to write."),
 ) -> None:
     """Find the focal length and distortion of a camera from photos of the board.
 
@@ -92,8 +93,8 @@ def lens(
     seen, size = board_corners(photos, load_board(board))
     found, rms = calibrate_lens(seen, size)
     write_lens(found, out)
-    print(f"lens: {out}, focal length {found.focal:.0f} pixels of {found.width} x {found.height}")
-    print(f"corners deviate from the fitted lens by {rms:.2f} pixels in {len(seen)} photos")
+    print(f"lens: {out}, focal length {found.focal:.0f} pixels, for photos of {found.width} x {found.height} pixels")
+    print(f"the board's corners deviate from the fitted lens by {rms:.2f} pixels in {len(seen)} photos")
 
 
 def scale_of(board: Path | None, sheet: str | None) -> Path | str:
@@ -105,7 +106,7 @@ def scale_of(board: Path | None, sheet: str | None) -> Path | str:
     from tatamu.cameras.board import PAPERS
 
     if (board is None) == (sheet is None):
-        raise InputError(f"board, sheet: exactly one must be given, given {0 if board is None else 2}")
+        raise InputError(f"--board, --sheet: exactly one is needed, given {'neither' if board is None else 'both'}")
     if sheet is not None and sheet not in PAPERS:
-        raise InputError(f"sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
+        raise InputError(f"--sheet: must be {' or '.join(PAPERS)}, given {sheet!r}")
     return board or str(sheet)

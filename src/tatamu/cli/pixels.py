@@ -21,19 +21,19 @@ MAX_PIXEL = 1e6
 def to_metres(photo: Photo, width: float | None, ruler: str | None, sheet: str | None) -> np.ndarray:
     """Return the matrix that converts pixels of a photo to metres, shape (3, 3), from the options that give a scale."""
     if sheet is not None:
-        return homography(corners_of(sheet), *parse_size(sheet.split()[-1], "sheet"))
+        return homography(corners_of(sheet), *parse_size(sheet.split()[-1], "--sheet"))
     if ruler is not None:
         *ends, length = ruler.split() or [""]
         if len(ends) != 2:
-            raise InputError(f"ruler: must be two pixels X,Y and a length in metres, given {ruler!r}")
-        start, end = (_pixel("ruler", pixel) for pixel in ends)
-        apart, metres = float(np.linalg.norm(end - start)), _number("ruler", length)
+            raise InputError(f"--ruler: must be two pixels X,Y and a length in metres, given {ruler!r}")
+        start, end = (_pixel("--ruler", pixel) for pixel in ends)
+        apart, metres = float(np.linalg.norm(end - start)), _number("--ruler", length)
     else:
         apart, metres = float(np.ptp(photo.outline[:, 0])), width or 0.0
     if not apart > 0.0:
-        raise InputError("ruler: must be two different pixels and a length, given one pixel twice")
+        raise InputError("--ruler: must be two different pixels and a length, given one pixel twice")
     if not 0.0 < metres < np.inf:
-        raise InputError(f"{'width' if ruler is None else 'ruler'}: must be a length above zero, given {metres:g} m")
+        raise InputError(f"{'--width' if ruler is None else '--ruler'}: must be a length above 0 m, given {metres:g} m")
     return np.diag([metres / apart, metres / apart, 1.0])
 
 
@@ -41,17 +41,17 @@ def corners_of(sheet: str) -> np.ndarray:
     """Read the corners of a sheet of paper from the option `--sheet` [pixels], shape (4, 2)."""
     corners = sheet.split()[:-1]
     if len(corners) != 4:
-        raise InputError(f"sheet: must be four corners X,Y and WxH, given {sheet!r}")
-    return np.array([_pixel("sheet", corner) for corner in corners])
+        raise InputError(f"--sheet: must be four corners X,Y and a size WxH, given {sheet!r}")
+    return np.array([_pixel("--sheet", corner) for corner in corners])
 
 
 def _pixel(option: str, text: str) -> np.ndarray:
     parts = text.split(",")
     if len(parts) != 2:
-        raise InputError(f"{option}: must be pixels X,Y, given {text!r}")
+        raise InputError(f"{option}: must be a pixel X,Y, given {text!r}")
     place = np.array([_number(option, part) for part in parts])
     if not (np.abs(place) <= MAX_PIXEL).all():
-        raise InputError(f"{option}: must be pixels from {-MAX_PIXEL:g} to {MAX_PIXEL:g}, given {text!r}")
+        raise InputError(f"{option}: must be pixels X,Y from {-MAX_PIXEL:g} to {MAX_PIXEL:g}, given {text!r}")
     return place
 
 

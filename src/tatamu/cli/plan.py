@@ -21,9 +21,8 @@ def plan(
         None,
         metavar="NAME|FILE.toml,..",
         help="hironx, nextage, fr3-pair, panda-pair, ur5e-pair, xarm7-pair, so101-pair, aloha2, openarm, or a "
-        ".toml file that describes a robot; default: the robot for which the fold was learned, otherwise "
-        "hironx. For robots separated by commas, the command says which of them can do the fold, and "
-        "writes PLAN/ROBOT.",
+        ".toml file that describes a robot. Default: the robot for which the fold was learned, otherwise "
+        "hironx. Several robots, separated by commas, get a folder PLAN/ROBOT each.",
     ),
     table_height: float | None = typer.Option(
         None, help="Height of the table top in the robot's base frame [m]; default: found by search."
@@ -34,21 +33,23 @@ def plan(
         help="Pose of the fold's frame in the robot's base frame [m, m, rad]; auto: found by search.",
     ),
     speed_scale: float = typer.Option(
-        1.0, min=0.05, max=1.0, help="Speed as a fraction of the planned speed; the waits become longer, too."
+        1.0, min=0.05, max=1.0, help="Fraction of the planned speed; below 1, the waits become longer, too."
     ),
     hover: float = typer.Option(
         0.0,
         metavar="METRES",
-        help="Trial run with open jaws: height of the hands above the table [m], at which nothing is folded.",
+        help="Raise the whole motion by this height [m] and keep the jaws open, so that nothing is folded.",
     ),
     lerobot: Path | None = typer.Option(
         None, metavar="DIR", help="Also write the motion as a LeRobotDataset of one episode, for lerobot-replay."
     ),
     wrist_offset: float | None = typer.Option(
-        None, help="HIRONX, NEXTAGE: distance from J4 to J5 along x [m]; default -0.047; -0.040 on old HIRONX."
+        None,
+        help="HIRONX, NEXTAGE: distance from J4 to J5 along x [m]; default: -0.047; for an old HIRONX, give -0.040.",
     ),
     fingertip: float | None = typer.Option(
-        None, help="HIRONX, NEXTAGE: distance from the last joint to the fingertip [m]; default 0.093, NEXTAGE 0.19."
+        None,
+        help="HIRONX, NEXTAGE: distance from the last joint to the fingertip [m]; default: 0.093, or 0.19 for NEXTAGE.",
     ),
 ) -> None:
     """Plan the motion of a dual-arm robot for a learned fold, check the plan, and write it for ROS.
@@ -74,11 +75,11 @@ def plan(
     asked = robot or learned_for or "hironx"  # a file whose name contains commas is one robot
     chosen = [asked] if Path(asked).is_file() else list(dict.fromkeys(name.strip() for name in asked.split(",")))
     if lerobot is not None and len(chosen) > 1:
-        raise InputError("--lerobot: must be given with one robot, given several")
+        raise InputError("--lerobot: must be given with a single robot, given several")
     robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
     outs = {name: out if len(chosen) == 1 else out / loaded.name for name, loaded in robots.items()}
     if len(set(outs.values())) < len(outs):
-        raise InputError("--robot: must be robots with different names, given two of one name")
+        raise InputError("--robot: must be robots with different names, given two with the same name")
     for path in outs.values():
         check_out(path)
     own = load(learned_for).name if learned_for is not None else None
@@ -102,7 +103,7 @@ def plan(
         except InputError as error:
             if len(chosen) > 1:
                 print(f"{loaded.name}: cannot do the fold: {str(error).removeprefix(f'{folder}: ')}")
-            reason = f"{error}; `tatamu learn .. --robot {name}` searches only folds within its reach"
+            reason = f"{error}; `tatamu learn .. --robot {name}` searches only folds that this robot reaches"
             for_others = isinstance(error, NoPlacement) and own != loaded.name
             refusals.append(NoPlacement(reason) if for_others else error)
             continue
@@ -115,9 +116,9 @@ def plan(
 def _print(result: RobotPlan, out: Path, hover: float, *, with_checks: bool) -> None:
     from tatamu.robots.checks import in_words
 
-    print(f"{out}: {result.motion.times[-1]:.1f} s long, with the fold at {result.task.hovering(0.0).placement}")
+    print(f"{out}: the motion takes {result.motion.times[-1]:.1f} s; fold at {result.task.hovering(0.0).placement}")
     if hover:
-        print(f"  the hands move {1e3 * hover:.0f} mm above the cloth with open jaws, so nothing is folded")
+        print(f"  the whole motion is raised by {1e3 * hover:.0f} mm with open jaws, so nothing is folded")
     for name, check in result.checks.items() if with_checks else ():
         value, unit, limit = in_words(check.value, check.limit, check.unit, check.ok)
         print(f"  {name.replace('_', ' '):28} {value:>10} {unit:8} ({limit})")

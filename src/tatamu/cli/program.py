@@ -78,7 +78,7 @@ def run(app: typer.Typer, name: str) -> NoReturn:
             raise
         _stop(name, error.format_message(), 2)
     if code == INTERRUPTED:
-        _stop(name, "interrupted; what was finished is kept", INTERRUPTED)
+        _stop(name, "interrupted; finished work is kept", INTERRUPTED)
     sys.exit(code if isinstance(code, int) else 0)
 
 
@@ -93,8 +93,8 @@ def _without_former(name: str, words: list[str]) -> list[str]:
             continue
         if FORMER[option] and not value:
             next(following, None)
-        now = "--level sets the size of the disturbances" if option == "--quantile" else "--spacing sets the one mesh"
-        print(f"{name}: {option}: has no effect any more; {now}", file=sys.stderr)
+        now = "set the disturbances with --level" if option == "--quantile" else "set the mesh with --spacing"
+        print(f"{name}: {option}: no longer has an effect; {now}", file=sys.stderr)
     return left
 
 

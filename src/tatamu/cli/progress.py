@@ -143,8 +143,8 @@ class LearningDisplay:
             prepare(self._simulator, self._bars)
         self._prepared = True
         if now.stage == "first":
-            advice = "looking for a shorter path (Ctrl-C: the best so far)"
-            self.say(f"the hand-designed curve ends {_distance(now)}; {advice}")
+            advice = "searching for a shorter path (Ctrl-C keeps the best so far)"
+            self.say(f"with the hand-designed curve, the cloth ends {_distance(now)}; {advice}")
         elif now.stage == "success":
             self._report("simulating the best fold in other scenarios", "simulations")(now.simulated, now.simulations)
         elif now.stage == "report":

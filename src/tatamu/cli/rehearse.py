@@ -18,7 +18,7 @@ def rehearse(
         None,
         min=0,
         max=3,
-        help="How often the edges of the cloth's mesh are halved; default: as often as the simulator needs.",
+        help="How many times the edges of the cloth's mesh are halved; default: as many as the simulator needs.",
     ),
     film: bool = typer.Option(True, help="Also write an animated GIF."),
 ) -> None:
@@ -45,14 +45,17 @@ def rehearse(
     planned = Planned.load(plan)
     if planned.plan.hover and simulator != "none":
         height = 1e3 * planned.plan.hover
-        print(f"no cloth is simulated, because the plan moves {height:.0f} mm above the cloth with open jaws")
+        print(f"no cloth is simulated, because the plan raises the motion by {height:.0f} mm and keeps the jaws open")
         simulator = "none"
     with progress("rehearsing the robot's motion"):
         result = rehearsed(planned)
-    with progress(f"simulating the cloth in {simulator}, with the robot's hands and with hands without a robot"):
+    with progress(f"simulating the fold in {simulator}: by the robot's hands, then by hands without a robot"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
-        print(f"warning: no cloth is simulated, because {result.planned.fold.scene_file} does not exist")
+        print(
+            f"warning: no cloth is simulated, because {result.planned.fold.scene_file} is missing; plan a fold whose "
+            "folder contains scene.json"
+        )
     figures = save(result, plan / "rehearsal", fold)
     for line in summary(figures):
         print(line)

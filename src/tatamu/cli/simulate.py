@@ -11,8 +11,8 @@ from tatamu.base.errors import InputError
 
 def simulate(
     scene: Path = typer.Argument(..., metavar="SCENE.json", help="The scene file."),
-    out: Path = typer.Option(..., metavar="ROLLOUT.npz", help="File of the rollout."),
-    simulator: str = typer.Option("native", help="native, blender or mujoco."),
+    out: Path = typer.Option(..., metavar="ROLLOUT.npz", help="Rollout file to write."),
+    simulator: str = typer.Option("native", help="Simulator: native, blender or mujoco."),
 ) -> None:
     """Simulate a scene file, and write the motion of the cloth to a rollout file.
 
@@ -31,13 +31,13 @@ def simulate(
     rollout = run(loaded, simulator=simulator)
     rollout.save(out)
     info = rollout.info
-    print(f"{out}: {len(rollout.times)} frames by {info['simulator']} in {info['wall_seconds']:.2f} s")
+    print(f"{out}: {len(rollout.times)} frames, simulated by {info['simulator']} in {info['wall_seconds']:.2f} s")
     for warning in info["warnings"]:
         print(f"warning: {warning}")
 
 
 def install(
-    what: str = typer.Argument(..., metavar="WHAT", help="What to install; only blender can be installed."),
+    what: str = typer.Argument(..., metavar="WHAT", help="Simulator to install: blender."),
 ) -> None:
     """Install Blender (about 1 GB) in a folder where tatamu finds it, for the option `--simulator blender`.
 

@@ -24,12 +24,14 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    file: Path = typer.Argument(..., metavar="SWEEP.toml", help="File of the tasks, a grid or a list."),
+    file: Path = typer.Argument(
+        ..., metavar="SWEEP.toml", help="File that describes the tasks, as a grid or as a list."
+    ),
     out: Path = typer.Option(
         ..., metavar="DIR", help="Folder of the sweep, with a result folder for each task and a comparison."
     ),
     at_a_time: int | None = typer.Option(
-        None, help="Number of tasks at a time; default: 1, or enough to keep the workers of --scheduler busy."
+        None, help="Number of tasks that run at the same time; default: 1, or enough for all workers of --scheduler."
     ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,

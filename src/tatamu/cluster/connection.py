@@ -67,7 +67,8 @@ def parse_address(text: str) -> SchedulerAddress:
         if 1 <= int(found[1]) <= 65535:
             return SchedulerAddress(text, None)
     raise InputError(
-        f"--scheduler: must be tcp://HOST:PORT, tls://HOST:PORT, or local:N for N processes here, given {text!r}"
+        "--scheduler: must be tcp://HOST:PORT, tls://HOST:PORT, or local:N for N processes on this machine, "
+        f"given {text!r}"
     )
 
 
@@ -120,11 +121,9 @@ def _check_certificates(address: str) -> None:
     for field in CERTIFICATES:
         given = dask.config.get(field, None)
         if given is None:
-            raise InputError(
-                f"--scheduler: {address}: must have certificates, but Dask's configuration does not contain {field}"
-            )
+            raise InputError(f"--scheduler: {address}: needs certificates; set {field} in the configuration of Dask")
         if not Path(given).is_file():
-            raise InputError(f"--scheduler: {address}: {field} of Dask's configuration must be a file, given {given}")
+            raise InputError(f"--scheduler: {address}: {field} in Dask's configuration must be a file, given {given}")
 
 
 @contextmanager
@@ -151,7 +150,9 @@ def _client(address: SchedulerAddress) -> Iterator[distributed.Client]:
             client = distributed.Client(to, timeout=CONNECT_SECONDS, set_as_default=False, name="tatamu")
         except (OSError, TimeoutError, ValueError) as error:
             reason = " ".join(str(error).split())[:160] or f"no answer after {CONNECT_SECONDS:g} s"
-            raise UnavailableError(f"--scheduler: {address.text} does not answer ({reason})") from None
+            raise UnavailableError(
+                f"--scheduler: {address.text} does not answer ({reason}); correct the address, or start the scheduler"
+            ) from None
         try:
             yield client
         finally:
@@ -182,7 +183,8 @@ def _refuse_old_dask(address: str, process: str, found: Any) -> None:
     if tuple(map(int, re.findall("[0-9]+", text)[:2])) < OLDEST_DASK:
         here = version("distributed")
         raise InputError(
-            f"--scheduler: {address}: {process} has distributed {text} there, {here} here; install the same versions"
+            f"--scheduler: {address}: {process} runs Dask {text}, not {here} as on this machine; install the same "
+            "version"
         )
 
 
@@ -205,10 +207,12 @@ def refuse_other_versions(client: distributed.Client, name: str) -> None:
         if isinstance(found, OSError):  # the worker has died; the first call on its successor checks the versions
             continue
         if isinstance(found, BaseException):
-            raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found})")
+            raise InputError(f"--scheduler: {name}: worker {worker} cannot run tatamu ({found}); install tatamu there")
         there, kind = found
         if differing := difference(there):
-            raise InputError(f"--scheduler: {name}: worker {worker} has {differing}; install the same versions")
+            raise InputError(
+                f"--scheduler: {name}: worker {worker} has {differing} as on this machine; install the same versions"
+            )
         kinds.add(kind)
     if len(kinds) > 1:
         named = ", ".join(sorted(kinds))

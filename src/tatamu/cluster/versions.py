@@ -35,11 +35,12 @@ def versions() -> Versions:
 def difference(there: Versions) -> str | None:
     """Compare the versions of another process with the versions in this process.
 
-    Return a text that describes the first difference. Return None if all versions are equal.
+    Return a text that describes the first difference, such as "numba 0.61, not 0.60". Return None if all versions are
+    equal.
     """
     for name, here in versions().items():
         if there.get(name) != here:
-            return f"{name} {there.get(name, 'missing')} there, {here} here"
+            return f"{name} {there.get(name, 'missing')}, not {here}"
     return None
 
 
@@ -76,10 +77,7 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
         UnavailableError: If a version differs. This happens if the worker joined after the check at the start.
     """
     if of_client != versions():
-        differing = (difference(of_client) or "").replace(" there", " at the client").replace(" here", " at the worker")
-        raise UnavailableError(
-            f"a worker must have the versions of this client, given {differing}; install the same versions"
-        )
+        raise UnavailableError(f"the client has {difference(of_client)} as on a worker; install the same versions")
     begun = perf_counter()
     result = function(*args, **kwargs)
     return perf_counter() - begun, result

@@ -16,7 +16,7 @@ from tatamu.search import Parameters, Search, Space
 
 
 def _warn(former: str, present: str) -> None:
-    warnings.warn(f"{former} is a former name: {present}", FutureWarning, stacklevel=3)
+    warnings.warn(f"{former} is deprecated: {present}", FutureWarning, stacklevel=3)
 
 
 def Disturbed(inner: Nominal, disturbances: Disturbances, *_: Any, **__: Any) -> Scenarios:
@@ -27,13 +27,13 @@ def Disturbed(inner: Nominal, disturbances: Disturbances, *_: Any, **__: Any) ->
 
 def CoarseFirst(inner: Evaluator, *_: Any, **__: Any) -> Evaluator:
     """Return `inner`."""
-    _warn("CoarseFirst", "use the evaluator that CoarseFirst wraps, because there is only one mesh")
+    _warn("CoarseFirst", "use the inner evaluator directly, because there is only one mesh now")
     return inner
 
 
 def WithinReach(inner: Evaluator, reach: Reach) -> Evaluator:
     """Return `inner` for the task with the reach."""
-    _warn("WithinReach", "give reach to make_task")
+    _warn("WithinReach", "pass reach to make_task instead")
     return inner.on(replace(inner.task, reach=reach))
 
 
@@ -44,5 +44,5 @@ def TwoFidelitySearch(
     first: Sequence[Parameters] = (),
 ) -> Search:
     """Return the search of one mesh."""
-    _warn("TwoFidelitySearch", "use GPSearch, because there is only one mesh")
+    _warn("TwoFidelitySearch", "use GPSearch, because there is only one mesh now")
     return make(space, seed, first)

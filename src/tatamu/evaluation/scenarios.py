@@ -42,7 +42,7 @@ def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[Sc
     """
     names = list(deviations(disturbances))
     if not names:
-        raise InputError("disturbances: must contain at least one deviation above 0, given none")
+        raise InputError("disturbances: must have at least one standard deviation above 0, given only zeros")
     columns = [index for index, channel in enumerate(CHANNELS) if channel.name in names]
     signs = orthogonal_array(len(columns))
     rows = np.zeros((len(signs), len(CHANNELS)))

@@ -49,7 +49,7 @@ def register_garment(name: str, make: Callable[..., Garment], description: str =
         InputError: If a garment with this name exists already.
     """
     if name in GARMENTS:
-        raise InputError(f"name: must be new, given the existing garment {name!r}")
+        raise InputError(f"name: must be new, given {name!r}, which is already a garment")
     GARMENTS[name] = make
     DESCRIPTIONS[name] = description
 

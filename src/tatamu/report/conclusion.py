@@ -112,7 +112,10 @@ def on_bounds(result: ResultRecord) -> list[str]:
             found.append(f"{MEANING.get(name, name)} ({name}): {shown}")
     if not found:
         return []
-    return ["the best trial is at a limit of the search, so there may be a better fold beyond it: " + "; ".join(found)]
+    return [
+        "the best trial is at a limit of the search, so there may be a better fold beyond this limit: "
+        + "; ".join(found)
+    ]
 
 
 def _measures(measured: Measured, succeeded: bool, apart: str) -> list[str]:
@@ -136,22 +139,25 @@ def _about_search(result: ResultRecord) -> list[str]:
         lines.append(f"{len(failed)} of {len(trials)} trials failed; last error: {failed[-1].error}")
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
-        help_by = "C is a sum of path and distance; learn with disturbances (the default), so that folds must succeed"
+        help_by = "learn with disturbances (the default), so that folds must succeed"
         if result.disturbances is not None:
-            help_by = "C weighs the distance too little here; try a finer mesh (--spacing)"
+            help_by = "try a finer mesh (--spacing)"
         distance = 1e3 * other.score.mean_vertex_distance
-        lines.append(f"trial {other.number} succeeds ({distance:.1f} mm), although its path is longer: {help_by}")
+        lines.append(
+            f"trial {other.number} succeeds ({distance:.1f} mm from the target), but the search chose a shorter path: "
+            f"{help_by}"
+        )
     lines += [
-        f"the fixed trajectory {each.label!r} succeeds: {1e3 * each.score.mean_vertex_distance:.1f} mm"
+        f"the fixed trajectory {each.label!r} succeeds, {1e3 * each.score.mean_vertex_distance:.1f} mm from the target"
         for each in result.baselines
         if each.score is not None and each.score.succeeds
     ][:1]
     more = f"more trials: repeat the command with --trials {2 * len(trials)}"
-    place = f"as {best.number} of {len(trials)}"
+    place = f"trial {best.number} of {len(trials)}"
     if best.number >= 0.6 * len(trials):  # the search was probably still improving
         return [*lines, f"{more}; the best trial came late, {place}, so more trials are likely to help"]
     other_fold = "another fold or other grasps: `tatamu plans` draws the folds in which hands lift the whole garment"
-    return [*lines, f"{more}; but the best trial came early, {place}", other_fold]
+    return [*lines, f"{more}, although the best trial came early, {place}", other_fold]
 
 
 def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:

@@ -63,7 +63,7 @@ def parse_storage(given: str) -> str:
     except (ArgumentError, ValueError):
         raise InputError(f"--storage: {wanted}") from None
     if url.password is not None or any("password" in name.lower() for name in url.query):
-        raise InputError("--storage: must not contain a password; set PGPASSWORD, or write it into ~/.pgpass")
+        raise InputError("--storage: must not contain a password; set PGPASSWORD or use ~/.pgpass instead")
     if url.drivername not in ("postgresql", "postgres"):
         raise InputError(f"--storage: {wanted}, given {url.drivername}://..")
     if not url.database:
@@ -119,7 +119,9 @@ class SharedDatabase:
         deadline = monotonic() + HOLD_SECONDS
         while not self.run(lambda: self._try_hold(name)):
             if monotonic() > deadline:
-                raise UnavailableError(f"{self.address}: another client is learning {name} at this moment")
+                raise UnavailableError(
+                    f"{self.address}: another client is learning {name} now; wait until that client has finished"
+                )
             sleep(PAUSE)
         with self._lock:
             self._held.add(name)
@@ -163,7 +165,8 @@ class SharedDatabase:
             for name in self._held:
                 if not self._try_hold(name):
                     raise UnavailableError(
-                        f"{self.address}: another client took over {name} while this client was disconnected"
+                        f"{self.address}: another client took over {name} while this client was disconnected; "
+                        "finished trials are kept"
                     )
 
     def _drop_holding(self) -> None:
@@ -186,13 +189,16 @@ class SharedDatabase:
             except (SQLAlchemyError, optuna.exceptions.StorageInternalError, ConnectionLostError) as error:
                 state, reason = _reason(error)
                 if state.startswith("53100"):
-                    text = f"{self.address}: the disk of the database is full; what was finished is kept"
+                    text = f"{self.address}: the disk of the database is full; finished work is kept"
                     raise UnavailableError(text) from None
                 if not _passes(state, reason):
-                    raise InputError(f"{self.address}: the database refuses the request ({reason})") from None
+                    raise InputError(
+                        f"{self.address}: the database refuses the request ({reason}); check --storage and your "
+                        "rights there"
+                    ) from None
                 if monotonic() > deadline:
                     raise UnavailableError(
-                        f"{self.address}: does not answer for {seconds:g} s ({reason}); finished trials are kept"
+                        f"{self.address}: has not answered for {seconds:g} s ({reason}); finished trials are kept"
                     ) from None
                 sleep(PAUSE)
 

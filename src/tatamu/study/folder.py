@@ -140,7 +140,6 @@ def locked(folder: ResultFolder) -> AbstractContextManager[object]:
     foreign = [name for name in LEARNED if os.path.exists(path / name)]
     if foreign and not folder.has_study:
         raise InputError(
-            f"{path}: must not contain {foreign[0]} without a study, because learning would overwrite "
-            "this file; give another folder"
+            f"{path}: contains {foreign[0]} but no study, so learning would overwrite this file; give another folder"
         )
     return lock_folder(path, ".lock", "another run is learning here")

@@ -88,7 +88,7 @@ def kept_input(folder: Path, kind: str) -> Path | None:
             named = read_json(index)
             if not isinstance(named, dict) or not isinstance(named.get(kind, ""), str):
                 raise InputError(
-                    f"{index}: must give the name of a file for each kind of input, given {json.dumps(named)[:60]}"
+                    f"{index}: must contain a file name for each kind of input, given {json.dumps(named)[:60]}"
                 )
             if kind not in named:
                 return None

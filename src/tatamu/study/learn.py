@@ -215,7 +215,9 @@ class _Learning:
             done, most = len(study.trials), max_trials(options.trials)
             if done > most:
                 where = folder.path if folder else "the study"
-                raise InputError(f"trials: must be at least {done}, the number of trials in {where}, given {most}")
+                raise InputError(
+                    f"trials: must be at least {done}, because {where} has {done} trials already, given {most}"
+                )
             if self.home is not None:
                 keep_inputs(self.home.path, sources_of(task, self.disturbances))
             return self._run(study, folder)
@@ -334,7 +336,7 @@ def _disturbances(task: Task, options: LearnOptions, held: StudyRecord | None) -
     elif isinstance(given, str | Path | None):
         found = load_disturbances("default" if given is None else str(given))
     else:
-        raise InputError(f"disturbances: must be default, none, a file, or Disturbances, given {given!r}")
+        raise InputError(f"disturbances: must be default, none, a .toml file or a `Disturbances`, given {given!r}")
     material = task.asked.material if task.asked else None
     if found is not None and material is not None and not found.mean:  # means are from measured folds
         found = with_calibrated(found, Path(material), task.garment.material)
@@ -345,12 +347,12 @@ def _refuse_other(folder: ResultFolder, several: bool) -> None:
     """Refuse a folder that would contain the study of a single step and a plan of several."""
     if not several and folder.holds_plan:
         raise InputError(
-            f"{folder.path}: must be a new folder or that of a single fold, given a plan of several "
+            f"{folder.path}: must be a new folder or the folder of a single fold, but contains a plan of several "
             "steps; give another folder"
         )
     if several and (folder.study_file.exists() or folder.shared_study_file.exists()):
         raise InputError(
-            f"{folder.path}: must be a new folder or that of a plan of several steps, given a single "
+            f"{folder.path}: must be a new folder or the folder of a plan of several steps, but contains a single "
             "fold; give another folder"
         )
 

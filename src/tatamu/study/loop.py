@@ -224,7 +224,7 @@ class Study:
             if not np.isfinite(found.objective):
                 name = getattr(self.evaluator, "name", type(self.evaluator).__name__)
                 raise InputError(
-                    f"evaluate: {name} must return a finite number, given {found.objective} for {dict(proposal)}"
+                    f"evaluate: {name} must return a finite number, but returned {found.objective} for {dict(proposal)}"
                 )
             if self._needs_reference and found.score is not None and found.score.succeeds:
                 # by definition, the reference fold succeeds in all scenarios that count

@@ -20,8 +20,8 @@ USUAL_PENDING = 2
 """Default number of pending trials, equal on all machines, because the results of a study depend on it. With more, new
 trials know fewer results: they are chosen less well, and bad ones are stopped later."""
 FORMER = {
-    "quantile": "a fold has to succeed in the scenarios of an array, whose size is `level`",
-    "coarse": "there is one mesh, whose size is `spacing`",
+    "quantile": "set the size of the disturbances with `level`",
+    "coarse": "set the only mesh with `spacing`",
 }
 """Options of version 0.2, and what took their place."""
 
@@ -56,7 +56,7 @@ class FoldOptions(Options):
     )
     scale: float | None = Field(
         None,
-        description="Metres per unit of the garment's file, such as 0.001; default: the unit that the file states.",
+        description="Length of one unit in the garment's file [m], such as 0.001; default: as stated in the file.",
         json_schema_extra={"metavar": "M"},
     )
     fold: str = Field(
@@ -66,17 +66,19 @@ class FoldOptions(Options):
         json_schema_extra={"metavar": "NAME|FILE.toml"},
     )
     hands: StrictInt | None = Field(
-        None, description="Number of hands, 1 or 2; default: that of the fold plan, usually 2."
+        None, description="Number of hands, 1 or 2; default: as in the fold plan, usually 2."
     )
     material: str | None = Field(
         None,
-        description="File of a material, or a preset such as denim; default: the garment's own fabric.",
+        description="Material file, or a preset such as denim; default: the garment's own fabric.",
         json_schema_extra={"metavar": "FILE.toml"},
     )
     spacing: float | None = Field(
-        None, description="Mesh spacing in metres; default: half the bending length of the cloth, or coarser."
+        None,
+        description="Mesh spacing in metres; default: half the bending length of the cloth, or coarser for large "
+        "garments.",
     )
-    simulator: str = Field("native", description="native, blender or mujoco.")
+    simulator: str = Field("native", description="Simulator: native, blender or mujoco.")
     robot: str | None = Field(
         None, description="Robot that must reach the fold: hironx, nextage, or another that `tatamu plan --help` names."
     )
@@ -87,27 +89,28 @@ class LearnOptions(Options):
 
     trials: StrictInt | Literal["auto"] = Field(
         50,
-        description="Number of trials of the whole study; auto: stop when the expected gain is below 0.1 %.",
+        description="Total number of trials of the study; auto: stop when a trial is expected to gain less than 0.1 %.",
         json_schema_extra={"metavar": "N|auto"},
     )
     seed: StrictInt = Field(0, description="Random seed of the search.")
     sampler: str = Field("gp", description="Method of the search: gp, tpe, cmaes or random.")
     grasps: Literal["integer", "continuous"] = Field(
         "integer",
-        description="Search grasps as whole numbers (integer), or as real numbers rounded down (continuous).",
+        description="How grasps are searched: as whole numbers (integer), or as real numbers that are rounded down "
+        "(continuous).",
     )
     disturbances: Any = Field(
         None,
-        description="Errors of hands, cloth and table that the fold must tolerate; `none` minimises the paper's "
-        "C without errors. Default: those of the study or of the robot's .toml, otherwise `default`.",
+        description="Disturbances of hands, cloth and table that the fold must tolerate; with `none`, the search only "
+        "minimises the paper's C. Default: as in the study or the robot's .toml file, otherwise `default`.",
         json_schema_extra={"metavar": "default|none|FILE.toml"},
     )
     """As on the command line, or `Disturbances`; None for the default disturbances."""
     level: float = Field(LEVEL, description="Size of the disturbances during the search, in standard deviations.")
     aim: str | None = Field(
         None,
-        description="Distances in metres by which the hands aim higher, deeper, and away from an edge's end; "
-        "default: as the disturbances need.",
+        description="How far the hands aim higher, deeper into the cloth, and away from an edge's end, in metres; "
+        "default: as far as the disturbances need.",
         json_schema_extra={"metavar": "none|HxIxE"},
     )
     parallel: StrictInt | None = Field(
@@ -115,7 +118,7 @@ class LearnOptions(Options):
         description=f"Number of trials that run at a time; default: {USUAL_PENDING}. With 1, each trial is "
         "proposed from all earlier results.",
     )
-    baselines: StrictBool = Field(True, description="Also score three fixed trajectories.")
+    baselines: StrictBool = Field(True, description="Also score three fixed trajectories, for comparison.")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -124,7 +127,7 @@ class LearnOptions(Options):
         check_search(self.sampler)
         if self.trials == "auto" and self.sampler != "gp":
             raise InputError(
-                f"trials: must be a number with the sampler {self.sampler}, because auto needs gp, given auto"
+                f"trials: must be a number with the sampler {self.sampler}, given auto, which needs the sampler gp"
             )
         if self.trials != "auto":
             check_range("trials", self.trials, 1, 10_000)
@@ -143,7 +146,7 @@ class LearnOptions(Options):
             return given
         for name in FORMER.keys() & given.keys():
             if given[name] is not None:
-                warnings.warn(f"{name}: has no effect any more; {FORMER[name]}", FutureWarning, stacklevel=5)
+                warnings.warn(f"{name}: no longer has an effect; {FORMER[name]}", FutureWarning, stacklevel=5)
         return {name: value for name, value in given.items() if name not in FORMER}
 
 

@@ -179,7 +179,7 @@ class ResultRecord(StudyRecord):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.best is not None and len(self._complete()) != 1:
-            raise ValueError(f"best must be the number of one complete trial, given {self.best}")
+            raise ValueError(f"best must be the number of a complete trial, given {self.best}")
         return self
 
     def _complete(self) -> list[Trial]:

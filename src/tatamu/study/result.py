@@ -65,7 +65,7 @@ class Result:
     @property
     def held(self) -> Success | None:
         """Former name of `success`."""
-        warnings.warn("Result.held is now Result.success", FutureWarning, stacklevel=2)
+        warnings.warn("Result.held is deprecated: use Result.success", FutureWarning, stacklevel=2)
         return self.success
 
     @property
@@ -151,7 +151,7 @@ class Result:
         gripper = next((each for each in self.scene.grippers if each.hand == arm.name), None)  # moves like the hand
         if gripper is None:
             raise InputError(
-                f"{self.folder or 'scene'}: grippers: must contain one of the {arm.name} hand, given none; "
+                f"{self.folder or 'scene'}: grippers: must contain the gripper of the {arm.name} hand; "
                 "learn the fold again"
             )
         return np.array(arm.grasp.position) + gripper.path(self.rollout.times)
@@ -178,8 +178,7 @@ class Result:
         target = task.fold.target
         if target.shape != self.target.shape or not np.abs(target - self.target).max() < 1e-6:  # rounding errors
             raise InputError(
-                f"{self.folder}: must have the target for which the fold was learned, but the target of its "
-                "task has changed; learn the fold again"
+                f"{self.folder}: the target of the task has changed since the fold was learned; learn the fold again"
             )
         return task
 
@@ -267,7 +266,7 @@ def _check_arrays(folder: ResultFolder) -> None:
     """Check that the rollout fits the scene, that times increase, and that faces contain existing vertices."""
     rollout, file = folder.rollout, folder.rollout_file
     if "target" not in rollout.extra:
-        raise InputError(f"{file}: must contain target, the positions (n, 3) after a perfect fold")
+        raise InputError(f"{file}: must contain the array target, with the positions (n, 3) after a perfect fold")
     times, faces, count = rollout.times, rollout.faces, len(folder.scene.cloth.vertices)
     arrays = {
         "positions": (rollout.positions, (len(times), count, 3)),
@@ -277,12 +276,12 @@ def _check_arrays(folder: ResultFolder) -> None:
     }
     for name, (array, shape) in arrays.items():
         if array.shape != shape or not len(times):
-            raise InputError(f"{file}: {name} must have shape {shape} as scene.json has, given {array.shape}")
+            raise InputError(f"{file}: {name} must have shape {shape} to fit scene.json, given {array.shape}")
         if array.dtype.kind != "f" or not np.isfinite(array).all():
             raise InputError(f"{file}: {name} must be finite numbers in metres")
     if times.ndim != 1 or not (np.diff(times) > 0).all() or not np.isfinite(times).all():
         raise InputError(f"{file}: times must increase from frame to frame")
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu" or not len(faces):
-        raise InputError(f"{file}: faces must be integers of shape (m, 3), given {faces.dtype} of {faces.shape}")
+        raise InputError(f"{file}: faces must be integers of shape (m, 3), given {faces.dtype} of shape {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
         raise InputError(f"{file}: faces must use vertices 0 to {count - 1}")

@@ -78,13 +78,14 @@ class StudyStore:
         wanted = json.loads(record.model_dump_json())
         held, trials = self.run(self._open)
         if held is None and trials:
-            raise InputError(f"{self.label}: must contain a study of tatamu, given another study; give another folder")
+            raise InputError(f"{self.label}: contains a study that tatamu did not make; give another folder")
         if held is None:
             self.run(lambda: self._study.set_user_attr(KEY, wanted))
         elif held != wanted:
             difference = _difference(held, wanted)
             raise InputError(
-                f"{self.label}: must contain the same study, given another one ({difference}); give another folder"
+                f"{self.label}: contains a study with other options ({difference}); give the same options, or another "
+                "folder"
             )
         return [self._read(number, trial) for number, trial in enumerate(trials)]
 
@@ -99,8 +100,8 @@ class StudyStore:
         """Return a finished trial that tatamu wrote."""
         if trial.state != TrialState.COMPLETE or trial.number != number:
             raise InputError(
-                f"{self.label}: trial {trial.number}: must be a finished trial of tatamu, given state "
-                f"{trial.state.name}; delete the trial in Optuna, or give another folder"
+                f"{self.label}: trial {trial.number}: must be a finished trial, given state {trial.state.name}; delete "
+                "this trial with Optuna, or give another folder"
             )
         known = {"number": number, "parameters": trial.params, "objective": trial.value, **trial.user_attrs}
         try:
@@ -109,7 +110,7 @@ class StudyStore:
             raise InputError(f"{self.label}: trial {number}: {describe(error, Trial)}; give another folder") from None
         if read.number != number:
             raise InputError(
-                f"{self.label}: trials: must have the numbers 0, 1, 2, .., given {read.number} at place {number}; "
+                f"{self.label}: trials: must be numbered 0, 1, 2, .., given {read.number} instead of {number}; "
                 "give another folder"
             )
         return read
@@ -185,7 +186,7 @@ class SharedStore(StudyStore):
             return self._database.run(operation, done)
         except (optuna.exceptions.OptunaError, KeyError, AssertionError) as error:
             reason = " ".join(str(error).split())
-            raise InputError(f"{self.label}: must be a readable Optuna study ({reason})") from None
+            raise InputError(f"{self.label}: must be a readable Optuna study ({reason}); give another folder") from None
 
 
 def file_store(folder: ResultFolder) -> AbstractContextManager[FileStore]:
@@ -264,13 +265,14 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
     kept = folder.shared_study
     if database is None:
         if kept is not None:
-            raise InputError(f"{folder.path}: its study is in {kept.storage}; give --storage, or another folder")
+            raise InputError(f"{folder.path}: the study is kept in {kept.storage}; give --storage, or another folder")
         return None
     if kept is None and folder.study_file.exists():
-        raise InputError(f"{folder.path}: its study is in study.db; leave --storage out, or give another folder")
+        raise InputError(f"{folder.path}: the study is kept in study.db; leave --storage out, or give another folder")
     if kept is not None and kept.storage != database.address:
         raise InputError(
-            f"{folder.path}: must be used with the storage of its study, {kept.storage}, given {database.address}"
+            f"{folder.path}: the study is kept in {kept.storage}, given --storage {database.address}; correct "
+            "--storage, or give another folder"
         )
     return kept.name if kept else None
 
@@ -290,4 +292,4 @@ def _difference(held: Any, wanted: Any, where: str = "") -> str:
         for key in [*held, *(k for k in wanted if k not in held)]:
             if held.get(key) != wanted.get(key):
                 return _difference(held.get(key), wanted.get(key), f"{where}.{key}" if where else key)
-    return f"{where} is {json.dumps(held)} there, {json.dumps(wanted)} here"
+    return f"{where} was {json.dumps(held)}, is now {json.dumps(wanted)}"

@@ -63,7 +63,9 @@ def read_sweep(path: Path, model: type[BaseModel]) -> list[SweepTask]:
     seen: dict[str, str] = {}
     for (where, _), task in zip(_all_options(file), tasks, strict=True):
         if task.name in seen:
-            raise InputError(f"{path}: {where} must differ from {seen[task.name]}; give each task a name")
+            raise InputError(
+                f"{path}: {where} has the same name as {seen[task.name]}; give each task a name of its own"
+            )
         seen[task.name] = where
     return tasks
 
@@ -81,7 +83,7 @@ def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> S
     name = own.pop("name", None)
     if name is not None and not (isinstance(name, str) and re.fullmatch(NAME, name)):
         raise InputError(
-            f"{path}: {where}.name: must have at most 100 letters, digits, '.', '_' and '-', given {str(name)[:60]!r}"
+            f"{path}: {where}.name: must be at most 100 letters, digits, '.', '_' and '-', given {str(name)[:60]!r}"
         )
     made = validated(model, own, f"{path}: {where}")
     given = made.model_dump(mode="json", exclude_unset=True)

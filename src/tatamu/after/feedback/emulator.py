@@ -71,8 +71,8 @@ def fit(parts: Split, scenarios: Sequence[tuple[Scenario, Outcome]]) -> Emulator
     usable = [(scenario, marks, d) for scenario, marks, d in known if marks is not None and d is not None]
     if len(usable) < MIN_SCENARIOS:
         raise InputError(
-            f"feedback: the cloth must end on the table in at least {MIN_SCENARIOS} of {len(scenarios)} scenarios, "
-            f"given {len(usable)}; learn a fold that succeeds more often"
+            f"feedback: only {len(usable)} of {len(scenarios)} scenarios could be simulated to the end, but at least "
+            f"{MIN_SCENARIOS} are needed; learn a fold that succeeds more often"
         )
     scale = np.where(parts.deviations > 0.0, parts.deviations, 1.0)
     x = (np.array([[scenario[name] for name in parts.names] for scenario, *_ in usable]) - parts.mean) / scale

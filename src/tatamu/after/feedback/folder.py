@@ -65,7 +65,9 @@ class FeedbackFolder:
     def require_measured(self, fold: Path) -> None:
         """Raise an InputError that names the folder of a fold if no variant was measured."""
         if not self.files():
-            raise InputError(f"{fold}: has no measured fold; run `tatamu observe {fold} --left A,B --right A,B` first")
+            raise InputError(
+                f"{fold}: contains no measured fold; run `tatamu observe {fold} --left A,B --right A,B` first"
+            )
 
     @staticmethod
     def _files(variant: Path) -> list[Path]:
@@ -100,7 +102,9 @@ class FeedbackFolder:
         """Write `posterior.toml`."""
         plain = posterior.describe()
         if not plain:
-            raise InputError(f"{self.posterior_file}: must contain at least one deviation above 0, given none")
+            raise InputError(
+                f"{self.posterior_file}: must have at least one standard deviation above 0, given only zeros"
+            )
         write_text(self.posterior_file, HEAD + tomli_w.dumps(plain))
 
 
@@ -114,8 +118,8 @@ def write_corrected(made: Result, correction: Correction, path: Path) -> None:
     """
     if (path / RESULT).exists() and not (path / CORRECTION).exists():
         raise InputError(
-            f"{path}: must be a new folder or that of a corrected fold, given the folder of a learned "
-            "fold; choose another folder"
+            f"{path}: must be a new folder or the folder of a corrected fold, but contains a learned fold; "
+            "give another folder"
         )
     write_json(path / CORRECTION, correction.describe())
     for name in LEARNED:

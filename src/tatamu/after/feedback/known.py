@@ -46,7 +46,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     """
     if len(task.plan.steps) > 1:
         raise InputError(
-            f"after: must be left out for a fold plan of several steps, given {task.plan.name} with "
+            f"after: must be left out with a fold plan of several steps, given {task.plan.name} with "
             f"{len(task.plan.steps)} steps"
         )
     folders = [_folder(run) for run in runs]
@@ -55,7 +55,8 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     for each in measured[1:]:
         if each.disturbances != source:
             raise InputError(
-                f"after: must be folds learned with the same disturbances, given {each.learned.folder} with others"
+                f"after: all folds must be learned with the same disturbances, but {each.learned.folder} differs from "
+                f"{measured[0].learned.folder}; leave one of these folds out"
             )
     found = posterior(source, [fold for each in measured for fold in each.folds]).disturbances
     shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_scenario(found))
@@ -65,10 +66,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
 
 def _folder(run: Result) -> FeedbackFolder:
     if run.folder is None:
-        raise InputError(
-            "after: must be a fold in a folder, given a fold that is not saved; save the fold, then "
-            "observe the saved fold"
-        )
+        raise InputError("after: must be a saved fold; save the fold, load it from its folder, and call `observe`")
     folder = FeedbackFolder.of(run.folder)
     folder.require_measured(run.folder)
     return folder

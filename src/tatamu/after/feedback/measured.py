@@ -67,10 +67,11 @@ class MeasuredFold(OpenRecord):
         for side in self.turned_in:
             if any(name.startswith(side) for name in names):
                 raise ValueError(
-                    f"turned_in must not contain the {side} corner, because measured gives the position of that corner"
+                    f"turned_in must not contain the {side} corner, for which numbers are given; leave out the numbers "
+                    "or the corner"
                 )
         if not names and self.held:
-            raise ValueError("measured must contain at least one distance unless the fold failed, given none")
+            raise ValueError("measured must contain at least one number, unless the fold failed")
         return self
 
 
@@ -146,9 +147,8 @@ def ruler(
         given = list(pair) if isinstance(pair, Iterable) else [pair]
         if len(given) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in given):
             raise InputError(
-                f"{label.format(place)}: must be two numbers (along and across the fold) from "
-                f"{-size / scale:.3g} to {size / scale:.3g} {unit}, the size of the cloth, given "
-                f"{', '.join(map(str, given))}"
+                f"{label.format(place)}: must be two numbers, along and across the fold, from {-size / scale:.3g} to "
+                f"{size / scale:.3g} {unit} (the size of the cloth), given {', '.join(map(str, given))}"
             )
     numbers = {
         f"{place}_{axis}": (scale * value, error)

@@ -54,8 +54,8 @@ def read_photo(
         InputError: If a file or a corner is wrong, or no corner of the hem is visible.
     """
     if (before is None) == (frame is None):
-        given = 0 if before is None else 2
-        raise InputError(f"before, frame: exactly one must be given to show where the cloth lay, given {given}")
+        given = "neither" if before is None else "both"
+        raise InputError(f"before, frame: exactly one is needed to show where the cloth lay, given {given}")
     place = frame if before is None else locate(before, scale, run=learned, lens=lens)
     assert place is not None, "one of them is given"
     reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)

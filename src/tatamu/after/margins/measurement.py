@@ -105,7 +105,7 @@ def measure(
     check_range("draws", draws, 1, 100_000)
     check_range("seed", seed, 0, 2**32 - 1)
     if not (known := deviations(disturbances)):
-        raise InputError("disturbances: must contain at least one deviation above 0, given none")
+        raise InputError("disturbances: must have at least one standard deviation above 0, given only zeros")
     task = replace(learned.task, reach=None, simulator=simulator or learned.simulator)
     subject = Subject(task, learned.best.parameters)
     threads = processors() if capabilities(task.simulator).parallel else 1

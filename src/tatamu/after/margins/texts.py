@@ -70,8 +70,10 @@ def summary(margins: MarginsRecord) -> str:
     together = margins.together
     lines = [f"{together.headline}: mean distance {_spread(together.mean_vertex_distance)}"]
     if margins.moving_vertex_distance is not None:
-        lines.append(f"of the part that moves: {_spread(margins.moving_vertex_distance)}")
-    lines += [f"{count} of {together.simulations} {cause}: {HELP[cause]}" for cause, count in together.causes.items()]
+        lines.append(f"mean distance of the part that moves: {_spread(margins.moving_vertex_distance)}")
+    lines += [
+        f"{count} of {together.simulations} fail ({cause}): {HELP[cause]}" for cause, count in together.causes.items()
+    ]
     return "\n".join([*lines, simulated(margins)])
 
 

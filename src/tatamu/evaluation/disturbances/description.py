@@ -120,7 +120,7 @@ class Correlation(Record):
     def _check(self) -> Self:
         count = len(self.parameters)
         if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
-            raise ValueError(f"parameters must be among {', '.join(FIELDS)}, given {unknown[0]!r}")
+            raise ValueError(f"parameters must be disturbances or one of {', '.join(FIELDS)}, given {unknown[0]!r}")
         if len(set(self.parameters)) < count:
             raise ValueError(f"parameters must not contain a name twice, given {', '.join(self.parameters)}")
         if [len(row) for row in self.matrix] != [count] * count:
@@ -159,7 +159,7 @@ class Disturbances(Record):
         given = self.correlation.parameters if self.correlation else []
         if missing := [name for name in given if name in FIELDS and name not in self.material]:
             raise ValueError(
-                f"correlation.parameters must each have a deviation in [material], given {missing[0]} without one"
+                f"correlation.parameters contains {missing[0]}; add the deviation of {missing[0]} to [material]"
             )
         for name, value in self.mean.items():
             if name not in PLACES:
@@ -170,7 +170,7 @@ class Disturbances(Record):
         for name in self.systematic:
             if not any(prefix_in(channel.name, (name,)) for channel in CHANNELS):
                 raise ValueError(
-                    f"systematic.{name} must be the name of a disturbance or the beginning of a name, such as "
+                    f"systematic.{name} must be the name of a disturbance, or of a group of disturbances such as "
                     "hands.offset"
                 )
         return self
@@ -197,7 +197,7 @@ def require_disturbances(name: str) -> Disturbances:
     """
     found = load_disturbances(name)
     if found is None:
-        raise InputError("disturbances: must be default or a .toml file, given none")
+        raise InputError("disturbances: must be default or a .toml file, given 'none'")
     return found
 
 
@@ -227,7 +227,7 @@ def with_calibrated(disturbances: Disturbances, path: Path, material: Material) 
     if uncertainty is None:
         return disturbances
     if not isinstance(uncertainty, dict):
-        raise InputError(f"{path}: uncertainty: must be a table [uncertainty], given {uncertainty!r}")
+        raise InputError(f"{path}: uncertainty: must be a table, given {uncertainty!r}")
     relative = {name: _relative(path, name, given, material) for name, given in uncertainty.items()}
     own = {name: deviation for name, deviation in disturbances.material.items() if name not in relative}
     plain = disturbances.model_dump()

@@ -79,7 +79,7 @@ def disturbed_scene(
     try:
         return scene_with(fold, held, ends, _material(fold.garment.material, scenario))
     except ValidationError:
-        raise SimulationError("both hands grasp the same place") from None
+        raise SimulationError("both hands would grasp the same place") from None
 
 
 def _material(usual: Material, scenario: Scenario) -> Material:
