@@ -86,6 +86,9 @@ def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     double = len(vertices) - len(np.unique(_places(vertices)))
     if double:
         found.append(f"{double} vertices at the places of other vertices (weld = true joins such vertices)")
+    twice = len(faces) - len(np.unique(np.sort(faces, axis=1), axis=0))
+    if twice:
+        found.append(f"{twice} triangles at the places of other triangles; export a single side of the cloth")
     crowded = topology.faces_per_edge > 2
     if crowded.any():
         x, y, z = vertices[topology.edges[crowded.argmax()]].mean(axis=0)
