@@ -309,7 +309,10 @@ def flat(value: Any) -> Any:
     return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
+COPIED = {"deep": copy.deepcopy, "shallow": copy.copy, "pickle": lambda env: pickle.loads(pickle.dumps(env))}
+
+
+@pytest.mark.parametrize("copied", COPIED.values(), ids=COPIED)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any], Any]) -> None:
     """As tree search copies environments: in the middle of an episode, and the copy moves first."""
@@ -325,12 +328,13 @@ def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any],
     assert copied(make(kind)).reset(seed=2)[1]["world"] == make(kind).reset(seed=2)[1]["world"]
 
 
-def test_environments_side_by_side_are_copied_together() -> None:
+@pytest.mark.parametrize("copied", COPIED.values(), ids=COPIED)
+def test_environments_side_by_side_are_copied_together(copied: Callable[[Any], Any]) -> None:
     env = gymnasium.make_vec(f"tatamu.envs:{envs.HANDS}", 2, **SMALL)
     env.reset(seed=0)
     lift = np.array([[0.3, 0.0, 0.5, 1.0] * 2] * 2, np.float32)
     env.step(lift)
-    other = copy.deepcopy(env)
+    other = copied(env)
     np.testing.assert_equal(other.step(lift), env.step(lift))
     env.close()
     assert other.step(lift)[0]["hands"].shape == (2, 8)

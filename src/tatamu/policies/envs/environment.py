@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
+from typing import Self
 
 import gymnasium
 import numpy as np
@@ -51,6 +53,9 @@ class GarmentEnv(gymnasium.Env[Observation, np.ndarray]):
         self._observer = Observer(self.task.garment, start, observation, hands, pixels)
         self.observation_space = self._observer.space
         self._view = View.of_cloth(start)
+
+    def __copy__(self) -> Self:
+        return deepcopy(self)  # otherwise both would move the same cloth
 
     def render(self) -> np.ndarray | None:
         if self.render_mode is None:

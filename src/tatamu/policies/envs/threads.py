@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from copy import deepcopy
+from typing import Any, Self
 
 import gymnasium
 import numpy as np
@@ -88,6 +89,9 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         for env in self.envs:
             env.close()
         self._pool.shutdown()
+
+    def __copy__(self) -> Self:
+        return deepcopy(self)  # otherwise both would step the same environments
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_pool"}
