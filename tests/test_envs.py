@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -298,6 +299,17 @@ def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
         ends = actions.reshape(80, 2, 4)[..., :3].sum(axis=0) * largest
         assert ends == pytest.approx(np.stack([path[-1] for path in manipulation.paths]), abs=1e-5)
     assert (slow[:, 3] > 0).sum() > 2 * (quick[:, 3] > 0).sum()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_coarse_cells_are_told_once(kind: str) -> None:
+    env = make(kind, disturbances="default")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for seed in (1, 2):
+            env.reset(seed=seed)
+            env.step(np.zeros(env.action_space.shape, np.float32))
+    assert len(told) == 1 and "the cloth may drape too stiffly" in str(told[0].message)
 
 
 def flat(value: Any) -> Any:
