@@ -10,6 +10,7 @@ import json
 import logging
 import math
 import os
+import shlex
 import stat
 import tomllib
 import warnings
@@ -48,6 +49,11 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
             raise InputError(f"{target}: must be the name of a file to write, given a folder")
         if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
             raise InputError(f"{target}: must differ from the input files; choose another name for the output")
+
+
+def in_shell(path: Path | str) -> str:
+    """Return a path as it is written on a command line; one that begins with a dash is not taken for an option."""
+    return shlex.quote(f"./{path}" if str(path).startswith("-") else str(path))
 
 
 def sibling(path: Path) -> Path:

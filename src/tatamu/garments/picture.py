@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.base.extras import require
-from tatamu.base.files import MIB, foreign, read_bytes
+from tatamu.base.files import MIB, foreign, in_shell, read_bytes
 
 MAX_PICTURE = 256 * MIB
 """Largest size of a picture's file [bytes]."""
@@ -109,7 +108,7 @@ def _opened(data: bytes, path: Path) -> Any:
         if data[:4] in (b"II*\0", b"MM\0*"):
             return None
         phone = data[4:8] == b"ftyp" or path.suffix.lower() in (".heic", ".heif", ".avif")
-        command = shlex.join(["heif-convert", path.name, f"{path.stem}.png"])
+        command = f"heif-convert {in_shell(path)} {in_shell(path.with_suffix('.png'))}"
         hint = f"; save it as JPEG or PNG, for example with `{command}`" if phone else ""
         raise InputError(
             f"{path}: must be a picture in JPEG, PNG, WEBP, BMP, TIFF or GIF, given another file{hint}"
