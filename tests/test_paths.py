@@ -85,6 +85,24 @@ def test_a_temporary_file_has_no_name_that_can_be_guessed(tmp_path: Path) -> Non
     assert len(names) == 3 and not any(str(os.getpid()) in name for name in names)
 
 
+def test_a_pipe_or_a_device_is_not_replaced(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for place in (tmp_path / "pipe", Path("/dev", f"tatamu-{os.getpid()}")):
+        assert "must be the name of a file to write, given a pipe or a device" in refusal(write_text, place, "text")
+    _scene(tmp_path)
+    assert "given a pipe or a device" in refused("simulate", "in.json", "--out", "pipe", cwd=tmp_path)
+    assert (tmp_path / "pipe").is_fifo()
+
+
+@pytest.mark.parametrize(
+    "words", [("measure", "--template", "towel", "--out", "LONG"), ("observe", "FOLD", "--template", "LONG")]
+)
+def test_a_name_that_is_too_long_is_one_line(words: tuple[str, ...], tmp_path: Path) -> None:
+    write_fold(tmp_path / "fold", spacing=0.1, count=3, frames=4)
+    given = [{"LONG": "x" * 300, "FOLD": "fold"}.get(word, word) for word in words]
+    assert "File name too long" in refused(*given, cwd=tmp_path)
+
+
 @pytest.mark.parametrize("mask", [0o022, 0o027, 0o077])
 def test_the_mask_of_the_user_is_kept(mask: int, tmp_path: Path) -> None:
     before = os.umask(mask)
