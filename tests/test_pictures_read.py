@@ -148,7 +148,7 @@ def test_one_of_several_pages_is_not_chosen_silently(
 @pytest.mark.parametrize("size", [(5000, 1), (3, 3000)])
 def test_a_line_of_pixels_is_refused(size: tuple[int, int], tmp_path: Path) -> None:
     Image.new("RGB", size).save(tmp_path / "a.png")
-    with pytest.raises(InputError, match=r"a\.png: photo: must have sides with a ratio of at most 50"):
+    with pytest.raises(InputError, match=r"a\.png: photo: must have .*sides with a ratio of at most 50"):
         find_outline(tmp_path / "a.png")
 
 

@@ -65,7 +65,7 @@ def _check_copies(plan: FoldPlan, folder: Path) -> None:
         assert repr(copied) == repr(plan) and copied.plan.task.robot.model is plan.plan.task.robot.model
     copy.deepcopy(plan).export(folder)
     assert (folder / "plan.json").is_file()
-    assert copy.copy(plan.plan.task.robot) is plan.plan.task.robot
+    assert copy.deepcopy(plan.plan.task.robot) is plan.plan.task.robot
     with pytest.raises(TypeError, match="panda-pair: a robot and its plans cannot be pickled; write a plan"):
         pickle.dumps(plan)
 

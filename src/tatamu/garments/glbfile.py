@@ -172,10 +172,8 @@ class _Glb:
         if view["buffer"] or "uri" in self.header["buffers"][0]:
             for name in set(COMPRESSED) & set(view.get("extensions", ())):
                 raise _unreadable(name)
-            raise InputError(
-                "mesh: must contain all vertices in its binary part, given vertices in another file or a data URI; "
-                "export a single .glb file anew"
-            )
+            given = "given vertices in another file or a data URI; export a single .glb file"
+            raise InputError(f"mesh: must contain all vertices, {given}")
         start, size = view.get("byteOffset", 0), width * kind.itemsize
         stride = view.get("byteStride", size)
         last = start + offset + stride * (count - 1) + size

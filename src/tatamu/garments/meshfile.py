@@ -37,8 +37,6 @@ def read_mesh(path: Path) -> TriangleMesh:
         raise InputError("mesh: must have triangles, given none")
     if len(mesh.faces) > MAX_TRIANGLES:
         raise InputError(f"mesh: must have at most {MAX_TRIANGLES} triangles, given {len(mesh.faces)}")
-    if not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
-        raise InputError(f"mesh: must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
     mesh = mesh.kept(np.ones(len(mesh.faces), dtype=bool))
     if not (np.abs(mesh.vertices) < MAX_COORDINATE).all():
         raise InputError(f"mesh: vertices must be finite and lie within {MAX_COORDINATE:g} of the origin")

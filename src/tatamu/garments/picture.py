@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,6 @@ from tatamu.base.files import MIB, foreign, in_shell, read_bytes
 
 MAX_PICTURE = 256 * MIB
 """Largest size of a picture's file [bytes]."""
-
-MAX_RATIO = 50
-"""Largest ratio of a picture's sides."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +58,9 @@ def read_picture(path: Path) -> Picture:
         file = _opened(data, path)
         tags: Any = _tiff_tags(data) if file is None else getattr(file, "tag_v2", {})
         size: tuple[int, int] = file.size if file is not None else (int(tags[256]), int(tags[257]))
-        if size[0] * size[1] > 100_000_000:
-            raise InputError(f"{path}: photo: must have at most 100 million pixels, given {size[0]} x {size[1]}")
-        if max(size) > MAX_RATIO * min(size):
-            raise InputError(
-                f"{path}: photo: must have sides with a ratio of at most {MAX_RATIO}, given {size[0]} x {size[1]}"
-            )
+        if size[0] * size[1] > 100_000_000 or max(size) > 50 * min(size):
+            limits = "at most 100 million pixels, and sides with a ratio of at most 50"
+            raise InputError(f"{path}: photo: must have {limits}, given {size[0]} x {size[1]}")
         if file is None:
             return _picture(*_parts(_decoded(data, tags), tags), None, 1)
         with file:
@@ -119,14 +114,11 @@ def _check_pages(file: Any, path: Path) -> None:
     """Refuse a TIFF file whose first picture is a preview, or one of several that are as large."""
     from PIL import ImageSequence
 
-    width, height = file.size
-    preview = bool(file.tag_v2.get(254, 0) & 1)  # NewSubfileType
-    for number, page in enumerate(ImageSequence.Iterator(file)):
-        if preview or number == 100 or (number and page.width * page.height >= width * height):
-            raise InputError(
-                f"{path}: photo: must be a single picture, given several or a camera's raw data; save the photo as "
-                "JPEG or PNG"
-            )
+    preview = file.tag_v2.get(254, 0) & 1  # NewSubfileType
+    first, *others = (math.prod(page.size) for _, page in zip(range(100), ImageSequence.Iterator(file), strict=False))
+    if preview or len(others) == 99 or max(others, default=0) >= first:
+        given = "given several or a camera's raw data; save the photo as JPEG or PNG"
+        raise InputError(f"{path}: photo: must be a single picture, {given}")
     file.seek(0)
 
 

@@ -66,16 +66,11 @@ class Robot:
     alone: str = ""
     """Name of the only arm that folds; empty if both arms fold."""
 
-    def __copy__(self) -> Robot:
+    def __deepcopy__(self, memo: object) -> Robot:
         return self  # nothing changes it, and MuJoCo's model cannot be copied
 
-    def __deepcopy__(self, memo: object) -> Robot:
-        return self
-
     def __reduce__(self) -> NoReturn:
-        raise TypeError(
-            f"{self.name}: a robot and its plans cannot be pickled; write a plan with `export`, and read its folder"
-        )
+        raise TypeError(f"{self.name}: a robot and its plans cannot be pickled; write a plan with `export`")
 
     @property
     def arms(self) -> tuple[Arm, Arm]:

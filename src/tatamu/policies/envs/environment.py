@@ -6,7 +6,6 @@ import warnings
 from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Self
 
 import gymnasium
 import numpy as np
@@ -63,8 +62,7 @@ class GarmentEnv(gymnasium.Env[Observation, np.ndarray]):
             warnings.warn(line, stacklevel=3)
         self._has_warned |= bool(lines)
 
-    def __copy__(self) -> Self:
-        return deepcopy(self)  # otherwise both would move the same cloth
+    __copy__ = deepcopy  # otherwise both would move the same cloth
 
     def render(self) -> np.ndarray | None:
         if self.render_mode is None:

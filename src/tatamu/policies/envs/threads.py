@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
-from typing import Any, Self
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -90,8 +90,7 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
             env.close()
         self._pool.shutdown()
 
-    def __copy__(self) -> Self:
-        return deepcopy(self)  # otherwise both would step the same environments
+    __copy__ = deepcopy  # otherwise both would step the same environments
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_pool"}
