@@ -312,6 +312,18 @@ def test_coarse_cells_are_told_once(kind: str) -> None:
     assert len(told) == 1 and "the cloth may drape too stiffly" in str(told[0].message)
 
 
+@pytest.mark.parametrize("fabric", ["cotton", "denim", "terry"])
+def test_the_spacing_that_is_advised_for_coarse_cells_is_fine_enough(fabric: str) -> None:
+    def told(spacing: float) -> list[str]:
+        with warnings.catch_warnings(record=True) as lines:
+            warnings.simplefilter("always")
+            make(envs.HANDS, size=(0.3, 0.4), spacing=spacing, material=fabric).reset()
+        return [str(line.message) for line in lines]
+
+    (line,) = told(0.06)
+    assert told(1e-3 * float(line.partition("give a spacing of ")[2].split()[0])) == []
+
+
 def flat(value: Any) -> Any:
     """Return a value with bytes in place of its arrays."""
     if isinstance(value, dict):

@@ -232,7 +232,7 @@ class Simulation:
         stiffness = max(material.stretch_stiffness, material.weft_stiffness)
         ratio = stiffness * edge * edge / rigidity if rigidity > 0.0 else inf  # Y h^2 / B, stretching against bending
         if LOCKED < ratio < inf:
-            finer = 1e3 * edge * np.sqrt(LOCKED / ratio)
+            finer = 0.88e3 * edge * np.sqrt(LOCKED / ratio)  # edges are up to 7 % longer than the spacing, and rounded
             lines.append(
                 f"the cloth may drape too stiffly, because the mesh is coarse (Y h^2 / B is {ratio:.2g}, more "
                 f"than {LOCKED:g}); give a spacing of {finer:.2g} mm, or a smaller stretch_stiffness"
