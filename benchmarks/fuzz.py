@@ -2,7 +2,7 @@
 
     python -m benchmarks.fuzz [--minutes 10] [--processes 2] [--first 0] [--seeds 3,14]
 
-A case is wrong that ends in a traceback, in more than one line, in control characters, or that takes more than 20 s or
+A case is wrong that ends in a traceback, in more than one line, in control characters, or that takes more than 10 s or
 1.5 GiB; each is named by its seed (`tests.fuzzing.outcome(SEED)`), and the exit code is then 1. Workers are processes
 of their own with limited memory; one that hangs or crashes is replaced.
 """

@@ -71,7 +71,7 @@ from tests.test_study_store import RECORD, finished
 ODD = ("plain", "a?1", "x%41y#b&c;d", 'it\'s "so"', " a ", "Tüch 畳 🧺", "-dash", "[b]{c}$(x)*~", "a\\b", "x" * 200)
 """Names of folders."""
 EXAMPLES = Path(__file__).parent.parent / "examples"
-PATIENCE = 20.0
+PATIENCE = 10.0
 """Reading a file takes no more time of a processor [s]: other programs do not count."""
 MAX_MEMORY = 1.5
 """Reading a file takes no more memory beyond the program's own [GiB]."""

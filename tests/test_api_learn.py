@@ -73,7 +73,8 @@ def same_arrays(one: Rollout, other: Rollout) -> bool:
 
 def test_a_script_and_the_command_write_the_same_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     task = make_task("towel", **TINY)
-    tatamu.learn(task, LearnOptions(trials=3, seed=1), out=tmp_path / "script")
+    with pytest.warns(UserWarning, match="the cloth may drape too stiffly"):
+        tatamu.learn(task, LearnOptions(trials=3, seed=1), out=tmp_path / "script")
     words = ["learn", "towel", "--size", "0.16x0.30", "--spacing", "0.03", "--trials", "3", "--seed", "1"]
     monkeypatch.setattr("sys.argv", ["tatamu", *words, "--out", str(tmp_path / "command")])
     with pytest.raises(SystemExit) as ended:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -304,6 +305,29 @@ def test_hands_that_are_slow_take_longer_along_the_same_path() -> None:
     assert (slow[:, 3] > 0).sum() > 2 * (quick[:, 3] > 0).sum()
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_coarse_cells_are_told_once(kind: str) -> None:
+    env = make(kind, disturbances="default")
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for seed in (1, 2):
+            env.reset(seed=seed)
+            env.step(np.zeros(env.action_space.shape, np.float32))
+    assert len(told) == 1 and "the cloth may drape too stiffly" in str(told[0].message)
+
+
+@pytest.mark.parametrize("fabric", ["cotton", "denim", "terry"])
+def test_the_spacing_that_is_advised_for_coarse_cells_is_fine_enough(fabric: str) -> None:
+    def told(spacing: float) -> list[str]:
+        with warnings.catch_warnings(record=True) as lines:
+            warnings.simplefilter("always")
+            make(envs.HANDS, size=(0.3, 0.4), spacing=spacing, material=fabric).reset()
+        return [str(line.message) for line in lines]
+
+    (line,) = told(0.06)
+    assert told(1e-3 * float(line.partition("give a spacing of ")[2].split()[0])) == []
+
+
 def flat(value: Any) -> Any:
     """Return a value with bytes in place of its arrays."""
     if isinstance(value, dict):
@@ -313,7 +337,10 @@ def flat(value: Any) -> Any:
     return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
+COPIED = {"deep": copy.deepcopy, "shallow": copy.copy, "pickle": lambda env: pickle.loads(pickle.dumps(env))}
+
+
+@pytest.mark.parametrize("copied", COPIED.values(), ids=COPIED)
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any], Any]) -> None:
     """As tree search copies environments: in the middle of an episode, and the copy moves first."""
@@ -329,12 +356,13 @@ def test_a_copy_goes_on_as_its_original_would(kind: str, copied: Callable[[Any],
     assert copied(make(kind)).reset(seed=2)[1]["world"] == make(kind).reset(seed=2)[1]["world"]
 
 
-def test_environments_side_by_side_are_copied_together() -> None:
+@pytest.mark.parametrize("copied", COPIED.values(), ids=COPIED)
+def test_environments_side_by_side_are_copied_together(copied: Callable[[Any], Any]) -> None:
     env = gymnasium.make_vec(f"tatamu.envs:{envs.HANDS}", 2, **SMALL)
     env.reset(seed=0)
     lift = np.array([[0.3, 0.0, 0.5, 1.0] * 2] * 2, np.float32)
     env.step(lift)
-    other = copy.deepcopy(env)
+    other = copied(env)
     np.testing.assert_equal(other.step(lift), env.step(lift))
     env.close()
     assert other.step(lift)[0]["hands"].shape == (2, 8)

@@ -20,6 +20,7 @@ from tatamu.garments import make_garment
 from tatamu.garments.glbfile import parse_glb
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import areas
+from tests.refusals import refusal
 
 VERTICES, FACES = staggered_rectangle(0.3, 0.4, 0.05)
 KINDS = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}
@@ -233,6 +234,70 @@ def test_data_in_another_file_are_named() -> None:
     made = Glb()
     with pytest.raises(InputError, match="given vertices in another file"):
         parse_glb(made.bytes(uri="a.bin"))
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_data_in_another_buffer_are_not_taken_from_the_first_one(compressed: bool) -> None:
+    """The first buffer is the file's; with meshopt the second one is empty."""
+    made = Glb()
+    view = made.header["bufferViews"][0]
+    view["buffer"] = 1
+    if compressed:
+        view["extensions"] = {"EXT_meshopt_compression": {"buffer": 0}}
+    words = "EXT_meshopt_compression.*without compression" if compressed else "given vertices in another file"
+    with pytest.raises(InputError, match=words):
+        parse_glb(made.bytes())
+
+
+def test_instances_are_refused_although_the_file_does_not_require_them() -> None:
+    """They may scale the mesh."""
+    made = Glb()
+    made.header["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {}}}
+    with pytest.raises(InputError, match=r"must not use EXT_mesh_gpu_instancing.*without this extension"):
+        parse_glb(made.bytes())
+
+
+def test_rotations_that_would_scale_the_mesh_are_refused() -> None:
+    made = Glb()
+    made.header["nodes"][0]["rotation"] = [0.0, 0.0, 0.5, 0.5]
+    with pytest.raises(ValueError, match="not a unit quaternion"):
+        parse_glb(made.bytes())
+
+
+def test_joints_outside_the_scene_are_named() -> None:
+    made = skinned(0.01, bound=True)
+    made.header["scenes"] = [{"nodes": [0]}]
+    with pytest.raises(ValueError, match="a joint of a skin is not in the scene"):
+        parse_glb(made.bytes())
+
+
+def test_too_many_instances_are_counted_together() -> None:
+    made = Glb()
+    made.header |= {"nodes": [{"mesh": 0}] * 4_000, "scenes": [{"nodes": list(range(4_000))}]}
+    with pytest.raises(InputError, match=r"at most 600000 vertices and 600000 indices, given 1[0-9]{6} in total"):
+        parse_glb(made.bytes())
+
+
+def test_both_sides_of_a_cloth_are_named(tmp_path: Path) -> None:
+    made = Glb()
+    made.primitive["indices"] = made.add(np.vstack([FACES, FACES[:, ::-1]]).reshape(-1, 1), "u2")
+    (tmp_path / "a.glb").write_bytes(made.bytes())
+    with pytest.raises(InputError, match=f"{len(FACES)} triangles at the places of other triangles; export a single"):
+        make_garment(str(tmp_path / "a.glb"))
+
+
+@pytest.mark.parametrize(
+    "names", [['shirt "L"', "C:\\new"], ["shirt", "shirt", "strap"], ["a  b\n\x1b[31m", "A c"], ["a", "A"]]
+)
+def test_the_advice_on_pieces_chooses_a_piece_whatever_the_names_are(names: list[str], tmp_path: Path) -> None:
+    made = Glb()
+    made.header["nodes"] = [{"mesh": 0, "name": name, "translation": [k, 0, 0]} for k, name in enumerate(names)]
+    made.header["scenes"] = [{"nodes": list(range(len(names)))}]
+    (tmp_path / "a.glb").write_bytes(made.bytes())
+    said = refusal(make_garment, str(tmp_path / "a.glb"))
+    advice = said.partition("choose one with ")[2].partition(" under [garment]")[0]
+    (tmp_path / "a.toml").write_text(f'[garment]\nmesh = "a.glb"\n{advice}\n')
+    assert make_garment(str(tmp_path / "a.toml")).size == pytest.approx((0.4, 0.3), rel=1e-4)
 
 
 def test_textures_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

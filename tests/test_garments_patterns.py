@@ -115,6 +115,14 @@ def test_pieces_of_an_svg_are_chosen_by_their_names(tmp_path: Path) -> None:
     assert described(tmp_path / "two.svg", 'piece = "front"').size == pytest.approx((0.2, 0.4))
 
 
+def test_the_advice_on_pieces_chooses_a_piece_whatever_the_names_are(tmp_path: Path) -> None:
+    body = '<rect id="{}" width="200" height="400"/><rect id="{}" x="300" width="200" height="300"/>'
+    for number, ids in enumerate([("a&quot;b\\", "c"), ("front", "FRONT"), ("x \u202e y", "z")]):
+        path = written(tmp_path, f"{number}.svg", svg(body.format(*ids)))
+        advice = refusal(make_garment, str(path)).partition("choose one with ")[2].partition(" under [garment]")[0]
+        assert described(path, advice).size == pytest.approx((0.2, 0.4)), ids
+
+
 VIEW = 'viewBox="0 0 620 710"'
 NEW, OLD = (INKSCAPE.format(version=version) for version in ("1.3.2", "0.48.4 r9939"))
 SVGS = {

@@ -106,7 +106,9 @@ def test_wrong_options_are_one_clear_line(options: list[str], words: str, tmp_pa
     assert not (tmp_path / "shirt.svg").exists()
 
 
-def test_no_picture_is_refused(tmp_path: Path) -> None:
+def test_no_picture_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    tmp_path = Path()
     (tmp_path / "photo.jpg").write_bytes(b"no picture")
     with pytest.raises(InputError, match="must be a picture"):
         find_outline(tmp_path / "photo.jpg")
@@ -123,6 +125,10 @@ def test_no_picture_is_refused(tmp_path: Path) -> None:
     (tmp_path / "photo.jpg").write_bytes(b"\0\0\0\x1cftypheic\0\0\0\0mif1heic")  # as phones name them after sending
     with pytest.raises(InputError, match=r"heif-convert photo\.jpg photo\.png"):
         find_outline(tmp_path / "photo.jpg")
+    (tmp_path / "a b").mkdir()
+    (tmp_path / "a b" / "photo.heic").write_bytes(b"no picture")
+    with pytest.raises(InputError, match=r"heif-convert 'a b/photo\.heic' 'a b/photo\.png'`"):
+        find_outline(tmp_path / "a b" / "photo.heic")
 
 
 def test_sixteen_bits_of_grey_are_read(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 import sys
 from collections.abc import Callable
@@ -13,12 +14,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tatamu.api import correct
 from tatamu.base.files import replacing, write_text
 from tatamu.cameras.lens import Lens, write_lens
 from tatamu.garments import make_garment
 from tatamu.study.folder import ResultFolder
 from tatamu.study.store import file_store
 from tests.commands import refused, tatamu
+from tests.fabricated import write_fold
 from tests.foreign import tshirt_svg
 from tests.photos import photograph
 from tests.refusals import refusal
@@ -82,6 +85,24 @@ def test_a_temporary_file_has_no_name_that_can_be_guessed(tmp_path: Path) -> Non
     assert len(names) == 3 and not any(str(os.getpid()) in name for name in names)
 
 
+def test_a_pipe_or_a_device_is_not_replaced(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for place in (tmp_path / "pipe", Path("/dev", f"tatamu-{os.getpid()}")):
+        assert "must be the name of a file to write, given a pipe or a device" in refusal(write_text, place, "text")
+    _scene(tmp_path)
+    assert "given a pipe or a device" in refused("simulate", "in.json", "--out", "pipe", cwd=tmp_path)
+    assert (tmp_path / "pipe").is_fifo()
+
+
+@pytest.mark.parametrize(
+    "words", [("measure", "--template", "towel", "--out", "LONG"), ("observe", "FOLD", "--template", "LONG")]
+)
+def test_a_name_that_is_too_long_is_one_line(words: tuple[str, ...], tmp_path: Path) -> None:
+    write_fold(tmp_path / "fold", spacing=0.1, count=3, frames=4)
+    given = [{"LONG": "x" * 300, "FOLD": "fold"}.get(word, word) for word in words]
+    assert "File name too long" in refused(*given, cwd=tmp_path)
+
+
 @pytest.mark.parametrize("mask", [0o022, 0o027, 0o077])
 def test_the_mask_of_the_user_is_kept(mask: int, tmp_path: Path) -> None:
     before = os.umask(mask)
@@ -140,6 +161,17 @@ def test_a_file_that_is_missing_is_named_as_given(name: str, tmp_path: Path) -> 
     assert (tmp_path / name).is_file()
     for words in (("show", "--", f"{name}.svg"), ("simulate", "--out", "a.npz", "--", f"{name}.json")):
         assert name.strip() in refused(*words, cwd=tmp_path)
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_a_path_in_a_command_that_is_advised_is_the_path_for_a_shell(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_fold(Path(name), spacing=0.1, count=3, frames=4)
+    said = refusal(correct, Path(name))
+    folder = shlex.split(said.split("run `")[1].split("` first")[0])[2]
+    assert Path(folder).is_dir() and not folder.startswith("-")
 
 
 @pytest.mark.parametrize("name", ["C:\\temp\\new.svg", "sub\nshirt.svg", "sub\\a\rm.svg"])

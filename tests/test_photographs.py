@@ -401,6 +401,13 @@ def test_a_board_that_is_not_flat_is_refused() -> None:
         estimate([(points, bent)], (1600, 1200))
 
 
+@pytest.mark.parametrize("change", [{"focal": 0.01}, {"focal": 1e6}, {"centre": (-5000.0, 9e9)}])
+def test_a_lens_with_which_no_board_is_flat_is_named(change: dict[str, object]) -> None:
+    lens = Lens(width=1600, height=1200, focal=1280.0, centre=(799.5, 599.5)).model_copy(update=change)
+    with pytest.raises(InputError, match="lay the board flat and leave --lens out"):
+        estimate([views(2)[1]], (1600, 1200), lens)
+
+
 def test_a_camera_finds_places_again() -> None:
     camera = SHOT.camera()
     places = np.array([[0.1, 0.2], [0.8, -0.1]])

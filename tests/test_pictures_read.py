@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 import shapely
+import tifffile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageOps
@@ -92,6 +93,71 @@ def test_pixels_that_are_no_numbers_are_one_line(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "a.tif"), values)
     with pytest.raises(InputError, match="pixels must be finite"):
         read_picture(tmp_path / "a.tif")
+
+
+def test_a_defective_pixel_does_not_darken_a_deep_picture(plain: tuple[np.ndarray, np.ndarray], tmp_path: Path) -> None:
+    pixels, truth = plain
+    for name, values, hot in (("a.png", pixels.astype(np.uint16) * 16, 65535), ("a.tif", pixels / 255.0, 900.0)):
+        made = values.astype(np.float32) if name == "a.tif" else values
+        made[3, 3] = hot
+        cv2.imwrite(str(tmp_path / name), made[..., ::-1])
+        assert overlap(find_outline(tmp_path / name).outline, truth) > 0.98
+
+
+def test_negative_pixels_are_refused(plain: tuple[np.ndarray, np.ndarray], tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "a.tif"), (plain[0] / 255.0 - 0.5).astype(np.float32))
+    with pytest.raises(InputError, match=r"a\.tif: .*at least 0"):
+        read_picture(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("kind", [np.uint16, np.float32])
+def test_colours_in_planes_of_their_own_are_refused(kind: type, tmp_path: Path) -> None:
+    """OpenCV leaves two thirds of the memory as it was."""
+    planes: np.ndarray = np.zeros((3, 60, 80), kind)
+    tifffile.imwrite(tmp_path / "a.tif", planes, photometric="rgb", planarconfig="separate")
+    with pytest.raises(InputError, match="pixel format is not supported; save the picture as an 8-bit PNG"):
+        read_picture(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize(("stated", "cut_out"), [("unspecified", False), ("unassalpha", True)])
+def test_a_fourth_channel_is_alpha_only_if_the_file_says_so(stated: str, cut_out: bool, tmp_path: Path) -> None:
+    """It may be infrared."""
+    values = np.full((60, 80, 4), 40_000, np.uint16)
+    values[10:, :, 3] = 0
+    tifffile.imwrite(tmp_path / "a.tif", values, photometric="rgb", extrasamples=[stated])
+    assert (read_picture(tmp_path / "a.tif").alpha is not None) is cut_out
+
+
+@pytest.mark.parametrize("deep", [False, True])
+@pytest.mark.parametrize(("pages", "refused"), [((1, 1), True), ((4, 1), True), ((1, 4), False), ((4,), True)])
+def test_one_of_several_pages_is_not_chosen_silently(
+    pages: tuple[int, ...], refused: bool, deep: bool, tmp_path: Path
+) -> None:
+    """A smaller page after the first is a preview; raw files of cameras begin with one."""
+    values = np.full((120, 160, 3), 99, np.uint16 if deep else np.uint8)
+    with tifffile.TiffWriter(tmp_path / "a.tif") as file:
+        for step in pages:
+            file.write(values[::step, ::step], photometric="rgb", subfiletype=int(step > 1))
+    if refused:
+        with pytest.raises(InputError, match="must be a single picture, given several or a camera's raw data"):
+            read_picture(tmp_path / "a.tif")
+    else:
+        assert read_picture(tmp_path / "a.tif").pixels.shape == (120, 160, 3)
+
+
+@pytest.mark.parametrize("size", [(5000, 1), (3, 3000)])
+def test_a_line_of_pixels_is_refused(size: tuple[int, int], tmp_path: Path) -> None:
+    Image.new("RGB", size).save(tmp_path / "a.png")
+    with pytest.raises(InputError, match=r"a\.png: photo: must have .*sides with a ratio of at most 50"):
+        find_outline(tmp_path / "a.png")
+
+
+def test_an_alpha_channel_that_cuts_the_garment_away_is_refused(tmp_path: Path) -> None:
+    alpha = np.full((60, 80), 255, np.uint8)
+    alpha[10:50, 10:70] = 0
+    Image.fromarray(np.dstack([np.zeros((60, 80, 3), np.uint8), alpha])).save(tmp_path / "a.png")
+    with pytest.raises(InputError, match="must cut the garment out, given one that cuts holes"):
+        find_outline(tmp_path / "a.png")
 
 
 @pytest.mark.parametrize("kind", ["jpg", "png", "tiff", "deep.png", "deep.tiff"])

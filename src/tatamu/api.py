@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -119,7 +120,7 @@ def learn(
         options = options.model_copy(update={"disturbances": known.disturbances})
     evaluator = evaluate if isinstance(evaluate, Evaluator | None) else OwnObjective(Nominal(task), evaluate)
     place = None if out is None else Path(out)
-    return learn_study(
+    found = learn_study(
         task,
         options,
         out=place,
@@ -129,6 +130,9 @@ def learn(
         database=database,
         progress=progress,
     )
+    for line in found.rollout.info.get("warnings") or []:
+        warnings.warn(line, stacklevel=2)
+    return found
 
 
 def load(folder: Path | str) -> Result | PlanResult:

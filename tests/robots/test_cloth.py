@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tatamu.api import plan_for
+from tatamu.api import FoldPlan, plan_for
 from tatamu.robots import Robot, load, plan_fold, save
 from tatamu.robots.cloth import clear_holds
 from tatamu.robots.hands import HandMotion
@@ -58,10 +60,21 @@ def test_the_search_takes_an_orientation_that_stays_out_of_the_cloth(robot: Robo
     assert clear_holds(robot, robot.larm, hands, [found.holds[0]], cloth)[0]
 
 
+def _check_copies(plan: FoldPlan, folder: Path) -> None:
+    for copied in (copy.copy(plan), copy.deepcopy(plan), replace(plan, plan=copy.deepcopy(plan.plan))):
+        assert repr(copied) == repr(plan) and copied.plan.task.robot.model is plan.plan.task.robot.model
+    copy.deepcopy(plan).export(folder)
+    assert (folder / "plan.json").is_file()
+    assert copy.deepcopy(plan.plan.task.robot) is plan.plan.task.robot
+    with pytest.raises(TypeError, match="panda-pair: a robot and its plans cannot be pickled; write a plan"):
+        pickle.dumps(plan)
+
+
 def test_a_result_in_memory_has_the_plan_of_its_folder(tmp_path: Path, robot: Robot) -> None:
     loaded = Result.load(write_fold(tmp_path / "fold", spacing=0.08, frames=24))
     place = (0.0, 0.0, 0.0)
     save(plan_fold(tmp_path / "fold", robot, place), tmp_path / "plan")
     plan_for(replace(loaded, folder=None), "panda-pair", place=place).export(tmp_path / "memory")
+    _check_copies(plan_for(loaded, robot="panda-pair", place=place), tmp_path / "copy")
     for name in ("plan.json", "joint_trajectory.csv", "fold/manipulation.json", "fold/rollout.npz", "fold/scene.json"):
         assert (tmp_path / "memory" / name).read_bytes() == (tmp_path / "plan" / name).read_bytes()

@@ -125,6 +125,15 @@ def test_a_drive_inherits_the_range_of_its_joint_and_not_that_of_another_drive(t
     assert robot.limits(robot.larm)[0] == pytest.approx([-1.0, 1.0])
 
 
+@pytest.mark.parametrize("other", ["0.2 0.5", "3.5 4"])
+def test_drives_that_share_no_position_are_refused_by_the_name_of_their_joint(tmp_path: Path, other: str) -> None:
+    second = f'<position name="other" joint="pan" kp="50" ctrlrange="{other}"/></actuator>'
+    more = DRIVE.format("-0.5 -0.2").replace("</actuator>", second) if other == "0.2 0.5" else DRIVE.format(other)
+    said = refusal(load, str(pair_of_mjcf(tmp_path, mjcf(more=more))))
+    assert "joint pan: must have a range that all drives accept" in said
+    assert f"a drive from {other.replace(' ', ' to ')}" in said
+
+
 def test_limits_of_a_continuous_joint_that_leave_nothing_are_refused_by_name(tmp_path: Path) -> None:
     text = urdf().replace('"pan" type="revolute"', '"pan" type="continuous"')
     text = text.replace('lower="-2.9" upper="2.9" velocity', 'upper="-7" velocity', 1)

@@ -10,6 +10,7 @@ import json
 import logging
 import math
 import os
+import shlex
 import stat
 import tomllib
 import warnings
@@ -44,10 +45,23 @@ MAX_NPZ = 1024 * MIB
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
     """Check, before any work is done, that output files can be written and none of them is an input file."""
     for target in targets:
-        if os.path.isdir(target):  # unlike Path.is_dir, no error for an impossible name; writing reports it
-            raise InputError(f"{target}: must be the name of a file to write, given a folder")
+        _check_name(target)
         if os.path.exists(target) and any(os.path.exists(source) and target.samefile(source) for source in sources):
             raise InputError(f"{target}: must differ from the input files; choose another name for the output")
+
+
+def _check_name(path: Path) -> None:
+    """Refuse the name of a folder, and that of a pipe or a device, which a new file would replace."""
+    # unlike methods of Path, no error for an impossible name; writing reports it
+    other = os.path.exists(path) and not os.path.isfile(path)
+    if other or not path.name or os.path.realpath(path.parent) == "/dev":
+        kind = "a folder" if os.path.isdir(path) else "a pipe or a device"
+        raise InputError(f"{path}: must be the name of a file to write, given {kind}")
+
+
+def in_shell(path: Path | str) -> str:
+    """Return a path as it is written on a command line; one that begins with a dash is not taken for an option."""
+    return shlex.quote(f"./{path}" if str(path).startswith("-") else str(path))
 
 
 def sibling(path: Path) -> Path:
@@ -58,8 +72,7 @@ def sibling(path: Path) -> Path:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file that takes the place of `path` if the `with` statement succeeds."""
-    if not path.name:
-        raise InputError(f"{path}: must be the name of a file to write, given a folder")
+    _check_name(path)
     temporary = sibling(path)
     try:
         with writing(path):

@@ -168,10 +168,7 @@ def estimate(
     count = sum(len(places) for places, _ in pages)
     rms = float(np.sqrt(np.mean(best.fun[: 2 * count] ** 2))) * finest
     if rms > 5e-4 * max(size):
-        raise InputError(
-            f"board: must be flat, but its corners deviate by {rms:.1f} pixels from those of a flat board; lay the "
-            "board flat"
-        )
+        raise _not_flat(f"its corners deviate by {rms:.1f} pixels from those of a flat board", lens)
     if rms > finest:  # if the errors of corners are larger, the prior counts more
         best = fit(best.x, rms)
     camera = _camera(best.x, size, lens)
@@ -199,13 +196,16 @@ def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, opti
     points, pixels = pages[0]
     found, turn, shift = cv2.solvePnP(_flat(points), pixels, blank.matrix, blank.distortion, flags=cv2.SOLVEPNP_IPPE)
     if not found:
-        raise InputError(
-            "board: must be flat, but its corners in the photo do not fit a flat board; lay the board flat"
-        )
+        raise _not_flat("its corners in the photo do not fit a flat board", lens)
     first = np.concatenate([optics, turn.ravel(), shift.ravel()])
     camera = _camera(first, size, lens)
     others = [Pose.moving(points, camera.on_table(pixels)) for points, pixels in pages[1:]]
     return np.concatenate([first, *([pose.x, pose.y, pose.yaw] for pose in others)])
+
+
+def _not_flat(why: str, lens: Lens | None) -> InputError:
+    wrong_lens = " and leave --lens out, because the file may be of another lens" if lens is not None else ""
+    return InputError(f"board: must be flat, but {why}; lay the board flat{wrong_lens}")
 
 
 def _poses(parameters: np.ndarray) -> list[Pose]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from tatamu.base.errors import InputError
+from tatamu.base.files import in_shell
 from tatamu.cli.options import SchedulerOption, StorageOption, options_from
 from tatamu.cli.program import Interrupted
 from tatamu.study.options import TaskRequest
@@ -173,7 +174,7 @@ def success_lines(result: Result | PlanResult) -> Iterator[str]:
     for step in [result] if isinstance(result, Result) else result.steps:
         if step.success is not None:
             name = "" if isinstance(result, Result) or step.folder is None else f"{step.folder.name}: "
-            yield f"{name}{step.success.headline}; `tatamu margins {result.folder}` simulates more"
+            yield f"{name}{step.success.headline}; `tatamu margins {in_shell(result.folder or Path())}` simulates more"
             for cause, count in step.success.causes.items():
                 yield f"{name}{count} of {step.success.simulations} fail ({cause}): {HELP[cause]}"
 

@@ -39,7 +39,7 @@ def measure(
     if drape is not None:
         _read_drape(drape, disc, plate, ruler)
         return
-    from tatamu.base.files import write_text
+    from tatamu.base.files import in_shell, write_text
     from tatamu.calibration.measurements import instructions
     from tatamu.calibration.measurements import template as text
 
@@ -51,7 +51,7 @@ def measure(
         raise InputError(f"{out}: must be a new file, but already exists; give another name with --out")
     write_text(out, content)
     print(
-        f"{out}: fill in the readings as `tatamu measure` explains, then run `tatamu calibrate {out} --out "
+        f"{out}: fill in the readings as `tatamu measure` explains, then run `tatamu calibrate {in_shell(out)} --out "
         "MATERIAL.toml`"
     )
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import check_targets, write_text
+from tatamu.base.files import check_targets, in_shell, write_text
 from tatamu.cli.locate import parse_corners
 from tatamu.cli.options import SchedulerOption
 from tatamu.cli.photographs import BoardOption, CornerOption, LensOption, PictureOption, SheetOption, scale_of
@@ -159,7 +159,7 @@ def observe(
     print(f"posterior: {files.posterior_file}")
     print(f"page: {files.page_file}")
     if not found.correction.is_none:
-        print(f"next: run `tatamu correct {files.path}`")
+        print(f"next: run `tatamu correct {in_shell(files.path)}`")
 
 
 def correct(

@@ -68,6 +68,8 @@ def run(app: typer.Typer, name: str) -> NoReturn:
     except MemoryError:
         _stop(name, "not enough memory; give smaller files or a larger mesh spacing", 2)
     except OSError as error:
+        if error.filename is not None and error.errno in (errno.ENAMETOOLONG, errno.EACCES, errno.EPERM):
+            _stop(name, f"{error.filename}: cannot be read or written ({error.strerror})", 2)
         full_broken_or_closed = (errno.ENOSPC, errno.EIO, errno.EPIPE)
         if error.errno not in full_broken_or_closed:  # errors of other files are reported where they are opened
             raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -159,6 +160,17 @@ def distinct(names: Sequence[str]) -> list[str]:
     return list(found)
 
 
+def found_by_name(names: Sequence[str], name: str) -> int | None:
+    """Return the index of a name, or of the only one that differs in upper and lower case or in spaces alone."""
+    same = [k for k, each in enumerate(names) if each.casefold().split() == name.casefold().split()]
+    return names.index(name) if name in names else same[0] if len(same) == 1 else None
+
+
+def in_toml(text: str) -> str:
+    """Return a text as it is written in a TOML file, in quotation marks."""
+    return json.dumps(text, ensure_ascii=False)
+
+
 def chosen(drawing: DrawnPieces, name: str | None, scale: float) -> Piece:
     """Return the piece with a name, in upper or lower case, or the only piece of the drawing.
 
@@ -167,17 +179,19 @@ def chosen(drawing: DrawnPieces, name: str | None, scale: float) -> Piece:
     """
     if not drawing.pieces:
         raise InputError("outline: must contain a curve, given none")
-    fitting = [piece for piece in drawing.pieces if name is None or piece.name.casefold() == name.casefold()]
-    if len(fitting) == 1:
-        return fitting[0]
+    if name is None and len(drawing.pieces) == 1:
+        return drawing.pieces[0]
+    place = None if name is None else found_by_name([piece.name for piece in drawing.pieces], name)
+    if place is not None:
+        return drawing.pieces[place]
     known = ", ".join(_described(piece, scale) for piece in drawing.pieces)
     if name is not None:
         raise InputError(f"piece: must be one of {known}, given {name!r}")
-    how = f'choose one with piece = "{drawing.pieces[0].name}" under [garment] in a garment file'
+    how = f"choose one with piece = {in_toml(drawing.pieces[0].name)} under [garment] in a garment file"
     raise InputError(f"outline: must be a single piece, given {len(drawing.pieces)} pieces: {known}; {how}")
 
 
 def _described(piece: Piece, scale: float) -> str:
     points = np.concatenate([curve.points for curve in piece.curves])
     width, height = np.ptp(points, axis=0).tolist()
-    return f'"{piece.name}" ({scale * width:.2f} x {scale * height:.2f} m)'
+    return f"{in_toml(piece.name)} ({scale * width:.2f} x {scale * height:.2f} m)"

@@ -20,6 +20,8 @@ MAX_COUNT = 3 * MAX_TRIANGLES
 NUMBERS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 """Numpy types of the components of an accessor, by their number in glTF."""
 DRACO = "KHR_draco_mesh_compression"
+COMPRESSED = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
+INSTANCES = "EXT_mesh_gpu_instancing"
 HARMLESS = (
     *("KHR_mesh_quantization", "KHR_materials", "KHR_texture", "KHR_lights", "KHR_animation", "KHR_xmp"),
     *("EXT_texture", "EXT_lights", "MSFT_texture", "MSFT_packing", "GOOGLE_texture"),
@@ -67,9 +69,7 @@ class _Glb:
         self.read = 0
         for name in self.header.get("extensionsRequired", ()):
             if not str(name).startswith(HARMLESS):
-                compressed = (DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression")
-                how = "without compression" if name in compressed else "without this extension"
-                raise InputError(f"mesh: must not use {name}, which cannot be read; export the file {how}")
+                raise _unreadable(str(name))
         self.nodes: list[dict[str, Any]] = self.header.get("nodes", [])
         if len(self.nodes) > 10_000:
             raise InputError(f"mesh: must have at most 10000 nodes, given {len(self.nodes)}")
@@ -79,6 +79,8 @@ class _Glb:
         """Yield the mesh of each primitive with triangles, in the file's frame."""
         for number in self.placed:
             if "mesh" in self.nodes[number]:
+                if INSTANCES in self.nodes[number].get("extensions", ()):
+                    raise _unreadable(INSTANCES)
                 mesh = self.header["meshes"][self.nodes[number]["mesh"]]
                 for primitive in mesh["primitives"]:
                     if primitive.get("mode", TRIANGLES) in (TRIANGLES, STRIP, FAN):
@@ -102,7 +104,7 @@ class _Glb:
     def _part(self, primitive: Mapping[str, Any], mesh: Mapping[str, Any], number: int) -> TriangleMesh:
         given, node, matrix = primitive["attributes"], self.nodes[number], self.placed[number]
         if DRACO in primitive.get("extensions", ()) and "bufferView" not in self.header["accessors"][given["POSITION"]]:
-            raise InputError(f"mesh: must not use {DRACO}, which cannot be read; export the file without compression")
+            raise _unreadable(DRACO)
         vertices = self.values(given["POSITION"]).astype(float)
         weights = node.get("weights", mesh.get("weights", ()))
         for weight, target in zip(weights, primitive.get("targets", ()), strict=False):
@@ -128,6 +130,8 @@ class _Glb:
         """Return the vertices of a skinned mesh, placed by its joints; the transform of its own node does not count."""
         if "JOINTS_0" not in given or "WEIGHTS_0" not in given:
             return vertices
+        if not set(skin["joints"]) <= set(self.placed):
+            raise ValueError("a joint of a skin is not in the scene")
         joints = np.array([self.placed[number] for number in skin["joints"]])
         if "inverseBindMatrices" in skin:
             bound = self.values(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)
@@ -148,7 +152,8 @@ class _Glb:
         kind = np.dtype(NUMBERS[accessor["componentType"]])
         self.read += count
         if not 0 <= count <= self.read <= MAX_COUNT * 2:
-            raise InputError(f"mesh: must have at most {MAX_VERTICES} vertices and {MAX_COUNT} indices, given {count}")
+            limits = f"{MAX_VERTICES} vertices and {MAX_COUNT} indices"
+            raise InputError(f"mesh: must have at most {limits}, given {self.read} in total")
         found = np.zeros((count, width), kind)
         if "bufferView" in accessor:
             found = self._viewed(accessor, count, width, kind)
@@ -164,10 +169,11 @@ class _Glb:
 
     def _viewed(self, of: Mapping[str, Any], count: int, width: int, kind: np.dtype[Any]) -> np.ndarray:
         view, offset = self.header["bufferViews"][of["bufferView"]], of.get("byteOffset", 0)
-        if "uri" in self.header["buffers"][view["buffer"]]:
-            raise InputError(
-                "mesh: all vertices must be in this file, given vertices in another file; export a single .glb file"
-            )
+        if view["buffer"] or "uri" in self.header["buffers"][0]:
+            for name in set(COMPRESSED) & set(view.get("extensions", ())):
+                raise _unreadable(name)
+            given = "given vertices in another file or a data URI; export a single .glb file"
+            raise InputError(f"mesh: all vertices must be in this file, {given}")
         start, size = view.get("byteOffset", 0), width * kind.itemsize
         stride = view.get("byteStride", size)
         last = start + offset + stride * (count - 1) + size
@@ -176,11 +182,18 @@ class _Glb:
         return np.ndarray((count, width), kind, self.binary, start + offset, (stride, kind.itemsize))
 
 
+def _unreadable(extension: str) -> InputError:
+    how = "without compression" if extension in COMPRESSED else "without this extension"
+    return InputError(f"mesh: must not use {extension}, which cannot be read; export the file {how}")
+
+
 def _transform(node: Mapping[str, Any]) -> np.ndarray:
     """Return the matrix of a node relative to its parent, shape (4, 4)."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    if not abs(x * x + y * y + z * z + w * w - 1.0) < 1e-3:
+        raise ValueError(f"a node has a rotation that is not a unit quaternion, {node['rotation']}")
     made = np.eye(4)
     made[0, :3] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
     made[1, :3] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)

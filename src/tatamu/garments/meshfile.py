@@ -37,8 +37,6 @@ def read_mesh(path: Path) -> TriangleMesh:
         raise InputError("mesh: must contain triangles, given none")
     if len(mesh.faces) > MAX_TRIANGLES:
         raise InputError(f"mesh: must have at most {MAX_TRIANGLES} triangles, given {len(mesh.faces)}")
-    if not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
-        raise InputError(f"mesh: triangles must use vertices 0 to {len(mesh.vertices) - 1}, given {mesh.faces.max()}")
     mesh = mesh.kept(np.ones(len(mesh.faces), dtype=bool))
     if not (np.abs(mesh.vertices) < MAX_COORDINATE).all():
         raise InputError(f"mesh: vertices must be finite and lie within {MAX_COORDINATE:g} of the origin")
@@ -86,6 +84,9 @@ def faults(vertices: np.ndarray, faces: np.ndarray) -> list[str]:
     double = len(vertices) - len(np.unique(_places(vertices)))
     if double:
         found.append(f"{double} vertices at the places of other vertices (weld = true joins such vertices)")
+    twice = len(faces) - len(np.unique(np.sort(faces, axis=1), axis=0))
+    if twice:
+        found.append(f"{twice} triangles at the places of other triangles; export a single side of the cloth")
     crowded = topology.faces_per_edge > 2
     if crowded.any():
         x, y, z = vertices[topology.edges[crowded.argmax()]].mean(axis=0)

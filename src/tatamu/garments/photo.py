@@ -205,6 +205,8 @@ def _kept(share: np.ndarray, path: Path) -> np.ndarray:
     if not len(sizes) or sizes.max() < MIN_AREA * share.size:
         raise InputError(f"{path}: photo: its alpha channel must show a garment, given an almost empty channel")
     garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
+    if garment.mean() > 0.97:
+        raise InputError(f"{path}: photo: its alpha channel must cut the garment out, given one that cuts holes")
     beside = np.asarray((regions > 0) & ~garment)
     return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share))
 

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from tatamu.base.errors import InputError
 from tatamu.garments.description import GarmentFile
+from tatamu.garments.drawing import distinct, found_by_name, in_toml
 from tatamu.garments.flat import flat_garment, laid_flat, meshed_anew
 from tatamu.garments.flattening import flattened, inside_out, panel_numbers, side_lengths
 from tatamu.garments.garment import Garment, check_size
@@ -80,11 +81,11 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     number = pieces(mesh.faces)
     if number.max() == 0 and given.piece is None:
         return mesh, notes
-    names = [_piece_name(mesh, number == k, k) for k in range(int(number.max()) + 1)]
-    wanted = [k for k, name in enumerate(names) if given.piece and name.casefold() == given.piece.casefold()]
-    if len(wanted) == 1:
-        return mesh.kept(number == wanted[0]), notes
-    known = [f'"{name}" ({_extent(mesh, number == k)})' for k, name in enumerate(names)]
+    names = distinct([_piece_name(mesh, number == k, k) for k in range(int(number.max()) + 1)])
+    wanted = None if given.piece is None else found_by_name(names, given.piece)
+    if wanted is not None:
+        return mesh.kept(number == wanted), notes
+    known = [f"{in_toml(name)} ({_extent(mesh, number == k)})" for k, name in enumerate(names)]
     listed = ", ".join(known[:8]) + (f" and {len(known) - 8} more" if len(known) > 8 else "")
     if given.piece is not None:
         raise InputError(f"piece: must be one of {listed}, given {given.piece!r}")
@@ -92,7 +93,7 @@ def _cloth(given: GarmentFile, mesh: TriangleMesh, source: Path, unit: Unit) -> 
     weld = ", or join the pieces with weld = true" if places < len(mesh.vertices) else ""
     raise InputError(
         f"mesh: must be a single piece, given {len(names)} pieces: {listed}; choose one with "
-        f'piece = "{names[0]}" under [garment] in a garment file{weld}'
+        f"piece = {in_toml(names[0])} under [garment] in a garment file{weld}"
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
+from tatamu.base.files import in_shell
 from tatamu.study.folder import SCENE
 from tatamu.study.options import TaskRequest
 from tatamu.study.record import ResultRecord
@@ -45,5 +46,5 @@ def request(record: ResultRecord) -> TaskRequest:
 def simulate(fold: Result) -> str:
     """Return the command that simulates the best trial of a learned fold."""
     scene = f"{(fold.folder or Path('fold')).resolve().name}/{SCENE}"
-    words = ["tatamu", "simulate", scene, "--out", "again.npz", "--simulator", fold.record.task.simulator]
-    return shlex.join(words)
+    words = ["--out", "again.npz", "--simulator", fold.record.task.simulator]
+    return f"tatamu simulate {in_shell(scene)} {shlex.join(words)}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os.path import commonprefix
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -65,6 +65,12 @@ class Robot:
     """Disturbances of this robot; None if its description has none."""
     alone: str = ""
     """Name of the only arm that folds; empty if both arms fold."""
+
+    def __deepcopy__(self, memo: object) -> Robot:
+        return self  # nothing changes it, and MuJoCo's model cannot be copied
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(f"{self.name}: a robot and its plans cannot be pickled; write a plan with `export`")
 
     @property
     def arms(self) -> tuple[Arm, Arm]:

@@ -66,7 +66,7 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
             store.files += _included(path, root)
             spec = _read_mjcf(path)
             _keep_assets(spec, path, store)
-            limits = JointLimits({}, _commanded_limits(spec), None)
+            limits = JointLimits({}, _commanded_limits(path, spec), None)
     except ValueError as error:
         raise InputError(f"{path}: must be a URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
     spec.compiler.fusestatic = False
@@ -148,8 +148,12 @@ def limit_continuous(model: ModelFile, joints: Iterable[str]) -> list[str]:
     return found
 
 
-def _commanded_limits(spec: Any) -> dict[str, str]:
-    """Narrow the ranges of joints to those of their position drives, and return the narrower ranges as text."""
+def _commanded_limits(path: Path, spec: Any) -> dict[str, str]:
+    """Narrow the ranges of joints to those of their position drives, and return the narrower ranges as text.
+
+    Raises:
+        InputError: If no position of a joint is within all ranges.
+    """
     mujoco, found = needed("mujoco"), {}
     at_joint = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)  # the same for hinges and slides
     whole: dict[str, np.ndarray] = {}
@@ -171,7 +175,10 @@ def _commanded_limits(spec: Any) -> dict[str, str]:
             continue
         low, high = np.sort(given / drive.gear[0])
         soft = np.array([max(low, hard[0]), min(high, hard[1])])
-        if soft[0] < soft[1] and np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
+        if soft[0] >= soft[1]:
+            ranges = f"{hard[0]:g} to {hard[1]:g} and a drive from {low:g} to {high:g}"
+            raise InputError(f"{path}: joint {joint.name}: must have a range that all drives accept, given {ranges}")
+        if np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
             joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, soft / unit
             found[joint.name] = f"{soft[0]:g} to {soft[1]:g}"
     return found

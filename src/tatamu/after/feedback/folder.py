@@ -15,7 +15,7 @@ from tatamu.after.feedback.correction import Correction
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.after.margins.measurement import KEPT
 from tatamu.base.errors import InputError
-from tatamu.base.files import write_json, write_text
+from tatamu.base.files import in_shell, write_json, write_text
 from tatamu.evaluation.disturbances import Disturbances
 from tatamu.study.folder import LEARNED, RESULT, ResultFolder
 from tatamu.study.result import Result
@@ -65,9 +65,8 @@ class FeedbackFolder:
     def require_measured(self, fold: Path) -> None:
         """Raise an InputError that names the folder of a fold if no variant was measured."""
         if not self.files():
-            raise InputError(
-                f"{fold}: contains no measured fold; run `tatamu observe {fold} --left A,B --right A,B` first"
-            )
+            command = f"tatamu observe {in_shell(fold)} --left A,B --right A,B"
+            raise InputError(f"{fold}: contains no measured fold; run `{command}` first")
 
     @staticmethod
     def _files(variant: Path) -> list[Path]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
+from copy import deepcopy
 from pathlib import Path
 
 import gymnasium
@@ -50,6 +53,15 @@ class GarmentEnv(gymnasium.Env[Observation, np.ndarray]):
         self._observer = Observer(self.task.garment, start, observation, hands, pixels)
         self.observation_space = self._observer.space
         self._view = View.of_cloth(start)
+        self._has_warned = False
+
+    def _warn(self, lines: Sequence[str]) -> None:
+        """Give the warnings of the first simulation that has any."""
+        for line in () if self._has_warned else lines:
+            warnings.warn(line, stacklevel=3)
+        self._has_warned |= bool(lines)
+
+    __copy__ = deepcopy  # otherwise both would move the same cloth
 
     def render(self) -> np.ndarray | None:
         if self.render_mode is None:

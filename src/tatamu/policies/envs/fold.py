@@ -69,6 +69,7 @@ class FoldEnv(GarmentEnv):
         parameters = self.parameters(action)
         found = Nominal(self.task).simulate(parameters, self._scenario)
         if found.rollout is not None:
+            self._warn(found.rollout.info.get("warnings") or [])
             self._view = View.of_cloth(found.rollout.positions[-1])
         info = {
             "is_success": found.score is not None and found.score.succeeds,

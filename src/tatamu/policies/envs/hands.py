@@ -190,6 +190,7 @@ class HandsEnv(GarmentEnv):
         touched = disturbed_scene(fold, self.task.manipulation(arched_curve(fold)), scenario)
         scene = touched.model_copy(update={"grippers": []})
         self._simulation = Simulation(scene.model_copy(update={"grippers": idle, "duration": self.steps / self.rate}))
+        self._warn(self._simulation.warnings())
         errors = _hand_errors(fold, scenario)
         lowest = 0.5 * scene.material.thickness
         self._jaws = [Jaw(fold.start[v], error, lowest) for v, error in zip(self._grasps, errors, strict=True)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import deepcopy
 from typing import Any
 
 import gymnasium
@@ -88,6 +89,8 @@ class ThreadedVectorEnv(VectorEnv[Any, Any, Any]):
         for env in self.envs:
             env.close()
         self._pool.shutdown()
+
+    __copy__ = deepcopy  # otherwise both would step the same environments
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_pool"}

@@ -231,12 +231,15 @@ class Simulation:
         stiffness = max(material.stretch_stiffness, material.weft_stiffness)
         ratio = stiffness * edge * edge / rigidity if rigidity > 0.0 else inf  # Y h^2 / B, stretching against bending
         if LOCKED < ratio < inf:
-            finer = 1e3 * edge * np.sqrt(LOCKED / ratio)
+            finer = 0.88e3 * edge * np.sqrt(LOCKED / ratio)  # edges are up to 7 % longer than the spacing, and rounded
             lines.append(
                 f"the cloth may drape too stiffly, because the mesh is coarse (Y h^2 / B is {ratio:.2g}, more "
                 f"than {LOCKED:g}); give a spacing of {finer:.2g} mm, or a smaller stretch_stiffness"
             )
-        duration = self.scene.duration
+        duration, rate = self.scene.duration, self.scene.frame_rate
+        if self.scene.frames == 1:
+            shown = f"{duration:g} s; give a duration of at least {np.ceil(1e6 / rate) / 1e6:g} s"
+            lines.append(f"the rollout has the start alone, because the scene lasts {shown}")
         for number, gripper in enumerate(self.scene.grippers):
             missing = np.linalg.norm(gripper.displacements[-1] - gripper.displacement(duration))
             if gripper.times[-1] > duration and missing > 1e-3:
