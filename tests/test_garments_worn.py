@@ -194,7 +194,7 @@ def test_a_size_scales_what_was_flattened(tmp_path: Path) -> None:
 def test_what_cannot_be_flattened_is_refused_above_a_stated_height(tmp_path: Path) -> None:
     trimesh.creation.icosphere(subdivisions=3, radius=0.15).export(tmp_path / "ball.ply")
     with pytest.raises(
-        InputError, match=r"must be at most 40 mm high .*given \d+ mm; if the garment is turned wrongly"
+        InputError, match=r"must be at most 40 mm high .*given \d+ mm; if the garment has the wrong orientation"
     ):
         make_garment(str(tmp_path / "ball.ply"))
 

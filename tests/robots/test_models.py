@@ -97,7 +97,7 @@ def test_a_whole_robot_says_where_its_joints_stand_once(tmp_path: Path) -> None:
         ("", "standing = { left = 0.2 }", "standing: larm_left must be from 0.021 to 0.057, given 0.2"),
         ("", "standing = { thumb = 0.2 }", "standing: must name a joint of the model, given 'larm_thumb'"),
         ("", "standing = { pan = 0.2 }", "standing: must contain joints outside the arms only, given larm_pan"),
-        ("standing = { larm_left = 0.03 }", "", "standing must be given in the table of each arm"),
+        ("standing = { larm_left = 0.03 }", "", "standing must be under [larm] and [rarm]"),
     ],
 )
 def test_a_wrong_place_to_stand_is_named(tmp_path: Path, top: str, arm: str, named: str) -> None:

@@ -1,8 +1,9 @@
 """The errors that tatamu raises on purpose.
 
-TatamuError ├── InputError              a file, an option or a scene is wrong; the command line exits with the code 2 │
-└── UnavailableError    a scheduler, a database or a disk does not answer; finished work is kept └── SimulationError
-a simulation failed: the cloth stretched too far, was too fast, or had no finite position
+TatamuError
+├── InputError              a file, an option or a scene is wrong; the command line exits with the code 2
+│   └── UnavailableError    a scheduler, a database or a disk does not answer; finished work is kept
+└── SimulationError         a simulation failed: the cloth stretched too far, was too fast, or was not finite
     ├── SceneError          no simulation of this scene can succeed; this class is also an InputError
     └── WorkerKilledError   a computation killed its processes repeatedly
 """

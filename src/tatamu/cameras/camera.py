@@ -77,7 +77,9 @@ class Camera:
         )[:, 0]
         rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
         if not (rays[:, 2] < -1e-6).all():
-            raise InputError("photo: must not show cloth beyond the horizon of the table; hold the camera higher")
+            raise InputError(
+                "photo: must show the cloth lower in the picture, because no table is so high; tilt the camera down"
+            )
         eye = self.eye
         down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])

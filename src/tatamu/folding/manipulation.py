@@ -363,7 +363,9 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
     """
     known = [(hand, hand.control_points) for hand in manipulation.hands]
     curved = [(hand, points) for hand, points in known if points is not None]
-    if len(curved) < len(known) or len(shifts) < len(known):
+    if len(curved) < len(known):
+        raise InputError("shift: must be left out for hands that do not follow Bezier curves")
+    if len(shifts) < len(known):
         raise InputError(f"shift: must have one correction for each of {len(known)} hands, given {len(shifts)}")
     if all(shift.is_none for shift in shifts):
         return manipulation

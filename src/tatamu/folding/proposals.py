@@ -54,7 +54,7 @@ def propose(garment: Garment) -> list[Proposal]:
     ]
     if not found:
         raise InputError(
-            f"fold: must be a plan file, because no fold plan is found for {garment.name}; write a plan file "
+            f"fold: must be a plan file, because no fold plan was found for {garment.name}; write a plan file "
             "(docs/reference/fold-plan.md)"
         )
     return sorted(

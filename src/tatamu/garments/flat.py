@@ -117,7 +117,8 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
         # more area than they cover: they lie on each other
         if len(triangles) and shapely.area(triangles).sum() > 1.01 * shapely.union_all(triangles).area:
             raise InputError(
-                f"mesh: must lie flat in one or two layers, but triangles that face {name} lie on top of one another"
+                f"mesh: must have at most one layer that faces {name}, but several such layers lie on each other; "
+                "remove all but one"
             )
 
 
@@ -135,8 +136,8 @@ def laid_flat(name: str, points: np.ndarray, faces: np.ndarray, material: Materi
         InputError: If the simulation of the fall fails, or the garment ends as a heap.
     """
     advice = (
-        "if the garment is turned wrongly, write its axis from hem to top as `up` under [garment]; otherwise give its "
-        "pattern as the UV map of an OBJ, or as an outline (SVG, DXF) with openings"
+        'if the garment has the wrong orientation, name the axis from hem to top under [garment], such as up = "y"; '
+        "otherwise give its pattern as the UV map of an OBJ, or as an outline (SVG, DXF) with openings"
     )
     start = points - [*(0.5 * (points.min(axis=0) + points.max(axis=0)))[:2], points[:, 2].min() - 0.01]
     # so much drag that the garment sinks slowly

@@ -65,7 +65,7 @@ def of_plan(plan: PlanRecord, results: Sequence[ResultRecord]) -> Conclusion:
     succeeded = Limits().hold(plan.final)
     return Conclusion(
         succeeded,
-        _measures(plan.final, succeeded, "from the ideal folds of the flat garment"),
+        _measures(plan.final, succeeded, "from the target of the whole plan"),
         notes=[f"{name}: {note}" for name, step in zip(names, steps, strict=True) for note in step.notes],
         advice=[] if succeeded else _about_steps(plan, steps, names),
         steps=list(zip(names, steps, strict=True)),

@@ -176,9 +176,12 @@ class Description(Record):
                 "base must be 'world' for a pair of single arms, because the mount of each arm says where it stands"
             )
         if self.model is None and self.standing:
-            raise ValueError("standing must be given in the table of each arm for a pair of single arms")
+            raise ValueError("standing must be under [larm] and [rarm] for a pair of single arms")
         if self.model is not None and (self.larm.standing or self.rarm.standing):
-            raise ValueError("standing must be given above the first table if one model describes the whole robot")
+            raise ValueError(
+                "standing must be at the top of the file, not under [larm] or [rarm], if one model describes the whole "
+                "robot"
+            )
         if self.model is None and self.trunk is not None:
             raise ValueError("trunk must be left out for a pair of single arms")
         arms = {*self.larm.joints, *self.rarm.joints, *([self.trunk.joint] if self.trunk else [])}

@@ -217,7 +217,7 @@ class Planned:
             raise InputError(f"{table}: must last until the last event in plan.json, but ends at {times[-1]:.2f} s")
         planned = cls(folder, plan, times, angles)
         if any(planned.event(arm, "open") <= planned.event(arm, "close") for arm in planned.arms):
-            raise InputError(f"{path}: events: each arm must close before it opens")
+            raise InputError(f"{path}: events: the jaws of each arm must close before they open")
         return planned
 
     @property

@@ -179,8 +179,8 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
     low, high = -TURN if low is None else low, TURN if high is None else high
     if kind == "continuous" and not narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: lower limit must be below the upper limit, within one turn to either "
-            f"side, given {low:g} and {high:g}"
+            f"{path}: joint {joint.get('name')}: the lower limit must be below the upper limit, and both must be "
+            f"within {TURN:.2f} rad of 0, given {low:g} and {high:g}"
         )
     if narrower and low >= high:
         raise InputError(
