@@ -127,11 +127,11 @@ def _histogram(measured: Measured) -> Chart:
     plot = traces(
         [{"type": "histogram", "x": shown, "xbins": bins, "marker": {"color": "@plot"}}],
         xaxis=axis("mean vertex distance [mm]", range=[0.0, max(beyond, 1.2 * limit) + width]),
-        yaxis=axis("draws"),
+        yaxis=axis("scenarios"),
         bargap=0.06,
         shapes=[line("x", limit, colour="@failed", dash="dash")],
     )
-    return Chart("All at once", plot, caption=f"{len(distances)} draws; dashed: the limit.")
+    return Chart("All at once", plot, caption=f"{len(distances)} scenarios; dashed: the limit.")
 
 
 def _described(measured: Measured, draw: Draw) -> tuple[int, str, str]:
@@ -181,7 +181,7 @@ def _replay(measured: Measured, shown: Sequence[Replayed]) -> tuple[dict[str, An
     joined = Rollout(np.concatenate(times), positions, first.rollout.faces, first.rollout.info, {"target": target})
     scale = largest(np.linalg.norm(first.rollout.positions[-1] - target, axis=1))
     end = float(times[-1][-1])
-    marks = [(start / end, f"draw {each.draw.number}") for each, start in zip(shown, starts, strict=True)]
+    marks = [(start / end, f"scenario {each.draw.number}") for each, start in zip(shown, starts, strict=True)]
     return replay_data(joined, first.scene, _hands(shown, starts), scale), marks
 
 

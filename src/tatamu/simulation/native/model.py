@@ -139,7 +139,8 @@ def _contact_mesh(
     near = (incident @ incident.T @ incident).tocsr()  # the triangles that contain each vertex or its neighbours
     near.sort_indices()
     thickness = material.thickness
-    margin = max(options.margin_thicknesses * thickness, min(options.margin_limit, options.margin_edges * longest))
+    limit = room(thickness) * options.margin_limit
+    margin = max(options.margin_thicknesses * thickness, min(limit, options.margin_edges * longest))
     return ContactMesh(
         faces=np.ascontiguousarray(faces),
         neighbours=np.ascontiguousarray(neighbours),
@@ -167,9 +168,14 @@ def _faces_of_edges(topology: Topology) -> np.ndarray:
     return edge_faces
 
 
-def steps_per_frame(frame_rate: float, outer_step: float) -> int:
-    """Return the number of outer steps in one frame, each at most `outer_step` long [s]."""
-    return max(1, ceil(1.0 / (frame_rate * outer_step) - 1e-9))
+def room(thickness: float) -> float:
+    """Return how many times farther layers may move between two resolutions of contact than layers 1 mm thick."""
+    return min(max(thickness / 1e-3, 1.0), 2.0)
+
+
+def steps_per_frame(frame_rate: float, outer_step: float, thickness: float) -> int:
+    """Return the number of outer steps in one frame, each at most `outer_step` [s] times `room` long."""
+    return max(1, ceil(1.0 / (frame_rate * outer_step * room(thickness)) - 1e-9))
 
 
 def substeps(model: Model, step: float, options: StepOptions) -> tuple[int, int]:

@@ -19,7 +19,8 @@ class StepOptions(NamedTuple):
     """Settings of the time steps."""
 
     outer_step: float = 1e-3
-    """Maximum length H of an outer step [s], in which contact is resolved at least once."""
+    """Maximum length H of an outer step [s], in which contact is resolved at least once, for layers up to 1 mm thick.
+    Layers of twice the thickness may approach twice as far in a step (`model.room`)."""
     membrane_phase: float = 1.25
     """Maximum product h omega for steps h of the membrane, whose largest angular frequency at rest is omega [-]. Steps
     are stable below 2; the rest is a reserve for large strains."""
@@ -52,7 +53,7 @@ class ContactOptions(NamedTuple):
     margin_edges: float = 0.75
     """Minimum margin up to `margin_limit` [longest edges], because coarse cloth moves farther between two searches."""
     margin_limit: float = 0.01
-    """Maximum margin that follows from `margin_edges` [m]."""
+    """Maximum margin that follows from `margin_edges` [m], for layers up to 1 mm thick (`model.room`)."""
     margin_wear: float = 0.8
     """Fraction of the margin by which two vertices may approach each other before the next search [-]."""
     crease_cosine: float = 0.5

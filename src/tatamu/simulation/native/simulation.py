@@ -50,7 +50,7 @@ class Simulation:
         self.scene = scene
         self.options = options or Options()
         self.model = model_of(scene.cloth, scene.material, self.options)
-        self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step)
+        self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step, scene.material.thickness)
         self.sizes = step_sizes(scene, self.model, self.options.step)
         self.steps = steps_of(scene, self.sizes)
         self.number = 0

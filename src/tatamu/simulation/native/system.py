@@ -102,7 +102,8 @@ class Span(NamedTuple):
 
 def step_sizes(scene: Scene, model: Model, options: StepOptions) -> StepSizes:
     """Return the lengths of the time steps of a scene."""
-    outer_step = 1.0 / (scene.frame_rate * steps_per_frame(scene.frame_rate, options.outer_step))
+    per_frame = steps_per_frame(scene.frame_rate, options.outer_step, scene.material.thickness)
+    outer_step = 1.0 / (scene.frame_rate * per_frame)
     kicks, substeps_per_kick = substeps(model, outer_step, options)
     kick = outer_step / kicks
     substep = kick / substeps_per_kick
