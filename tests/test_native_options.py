@@ -64,6 +64,17 @@ def test_the_time_step_is_what_the_options_say() -> None:
     )
 
 
+def test_layers_of_twice_the_thickness_take_steps_up_to_twice_as_long() -> None:
+    def step(thickness: float) -> float:
+        made = scene(duration=0.1)
+        return Simulation(
+            made.model_copy(update={"material": made.material.model_copy(update={"thickness": thickness})})
+        ).sizes.outer_step
+
+    steps = [step(thickness) for thickness in (3e-4, 1e-3, 2e-3, 3e-3)]
+    assert steps[0] == steps[1] <= 1e-3 < steps[2] == steps[3] <= 2e-3
+
+
 def test_numbers_become_of_the_type_that_kernels_were_compiled_for() -> None:
     options = Options(contact=ContactOptions(clearing_speed=1, pressed_searches=3.0))  # type: ignore[arg-type]
     assert type(options.contact.clearing_speed) is float

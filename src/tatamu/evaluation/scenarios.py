@@ -31,7 +31,6 @@ from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import processors
 from tatamu.simulation.simulators import capabilities
 
-
 BEYOND = 0.1
 """How far beyond the limits a fold may end in a scenario in which the reference fold succeeds, as a fraction of them:
 errors of a camera put both beside the target, by nearly the same distance."""
