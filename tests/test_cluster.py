@@ -136,7 +136,7 @@ def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path
     import dask
     import distributed
 
-    said = r"needs certificates; set .*ca-file in the configuration of Dask"
+    said = r"needs certificates; set .*ca-file in the Dask configuration"
     with pytest.raises(InputError, match=said):
         with connected("tls://127.0.0.1:9"):
             pass

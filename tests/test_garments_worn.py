@@ -232,9 +232,9 @@ def test_an_obj_may_count_backwards_and_have_faces_of_four_corners(tmp_path: Pat
     mesh = read_mesh(tmp_path / "quad.obj")
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
     plane = written(tmp_path, "plane.obj", "v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n")
-    assert "line 1 is not a line of an OBJ file: 'v 0 0'" in refusal(read_mesh, plane)
+    assert "line 1 is not valid in an OBJ file: 'v 0 0'" in refusal(read_mesh, plane)
     wrong = written(tmp_path, "wrong.obj", "v 0 0 0\nv 1 0 0\nf 1 2 7\n")
-    assert "line 3 is not a line of an OBJ file: 'f 1 2 7'" in refusal(read_mesh, wrong)
+    assert "line 3 is not valid in an OBJ file: 'f 1 2 7'" in refusal(read_mesh, wrong)
 
 
 def test_pieces_of_a_mesh_are_named_and_chosen(tmp_path: Path) -> None:

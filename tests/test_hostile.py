@@ -308,7 +308,7 @@ def test_meshes_without_triangles_or_with_none_that_has_an_area_are_one_line(tmp
         ("nan.stl", head + struct.pack("<I12fH", 1, *[np.nan] * 12, 0), "must be finite"),
         ("far.obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1e300 0\nf 1 2 3\n", "must be finite and lie within"),
         ("one.obj", b"v 0 0 0\nf 1 1 1\n", "each side must be from 0.05 to 5 m"),
-        ("line.obj", b"f" + b" 1" * 60_000, "is not a line of an OBJ file"),
+        ("line.obj", b"f" + b" 1" * 60_000, "is not valid in an OBJ file"),
         ("crossed.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 3 0\nf 1 2 3 4 5\n", "touches or crosses itself"),
     ):
         (tmp_path / name).write_bytes(data)

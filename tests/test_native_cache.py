@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -153,3 +155,23 @@ def fake(kernel: Any, misses: int) -> Any:
     """A kernel that says that it was not on disk so many times."""
     stats = SimpleNamespace(cache_path=kernel.stats.cache_path, cache_misses={"signature": misses} if misses else {})
     return SimpleNamespace(py_func=kernel.py_func, __name__=kernel.__name__, stats=stats)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", ["x86-64-v3", "x86-64-v2"])
+def test_kernels_for_other_processors_make_the_same_bytes(processor: str, tmp_path: Path) -> None:
+    script = (
+        "import hashlib; from tatamu.simulation.native import simulate;"
+        "from tests.physics.checks.tangle import LIMP;"
+        "from tests.physics.manipulations import RandomFold, scene_of;"
+        "rollout = simulate(scene_of(RandomFold.random(300, True), LIMP, 0.012));"
+        "print(hashlib.sha256(rollout.positions.tobytes()).hexdigest())"
+    )
+
+    def digest(**variables: str) -> str:
+        done = subprocess.run(
+            [sys.executable, "-c", script], env=os.environ | variables, capture_output=True, text=True, check=True
+        )
+        return done.stdout.strip()
+
+    assert digest(NUMBA_CPU_NAME=processor, NUMBA_CACHE_DIR=str(tmp_path)) == digest() != ""

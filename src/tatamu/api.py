@@ -113,7 +113,7 @@ def learn(
     if after:
         if options.disturbances is not None:
             raise InputError(
-                "disturbances: must be left out with after, because the measured folds determine the disturbances"
+                "disturbances: must be left out if `after` is given, because measured folds determine the disturbances"
             )
         known = known_of([_loaded(each) for each in after], task, options.grasps)
         task, first = replace(task, shift=known.shift), known.first

@@ -62,7 +62,7 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
             '"lift", "pan"',
             "larm.joints: must be in the order from the base to the hand: pan, lift, elbow",
         ),
-        ('"pan", "lift"', '"pan", "pan"', "larm: joints must not contain a name twice"),
+        ('"pan", "lift"', '"pan", "pan"', "larm: joints must not contain the same name twice"),
         ('link = "turn_link"', 'link = "roll_link"', "larm.joints: must move roll_link, given bend"),
     ],
 )

@@ -152,7 +152,7 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
         assert last in text
     path.write_text(text)
     why = "three for the position of the hand, two for the direction of the jaws"
-    assert f"larm: joints must be at least 5 ({why}), given 4" in refusal(load, str(path))
+    assert f"larm: there must be at least 5 joints ({why}), given 4" in refusal(load, str(path))
 
 
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def locate(
         None, metavar="RUN", help="Folder of a learned fold; the fold's garment is compared with the cloth."
     ),
     garment: str = typer.Option(
-        "towel", help="Garment if --run is not given: a name such as towel, or a garment's file."
+        "towel", help="Garment to compare with if --run is not given: a name such as towel, or a garment's file."
     ),
     size: str | None = typer.Option(
         None, metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison."

@@ -33,7 +33,10 @@ def plan(
         help="Pose of the fold's frame in the robot's base frame [m, m, rad]; auto: found by search.",
     ),
     speed_scale: float = typer.Option(
-        1.0, min=0.05, max=1.0, help="Fraction of the planned speed; below 1, the waits become longer, too."
+        1.0,
+        min=0.05,
+        max=1.0,
+        help="Fraction of the planned speed; below 1, pauses become longer, too, such as for jaws to close.",
     ),
     hover: float = typer.Option(
         0.0,
@@ -116,7 +119,8 @@ def plan(
 def _print(result: RobotPlan, out: Path, hover: float, *, with_checks: bool) -> None:
     from tatamu.robots.checks import in_words
 
-    print(f"{out}: the motion takes {result.motion.times[-1]:.1f} s; fold at {result.task.hovering(0.0).placement}")
+    place = result.task.hovering(0.0).placement
+    print(f"{out}: the motion takes {result.motion.times[-1]:.1f} s; the fold is placed at {place}")
     if hover:
         print(f"  the whole motion is raised by {1e3 * hover:.0f} mm with open jaws, so nothing is folded")
     for name, check in result.checks.items() if with_checks else ():

@@ -49,7 +49,7 @@ def rehearse(
         simulator = "none"
     with progress("rehearsing the robot's motion"):
         result = rehearsed(planned)
-    with progress(f"simulating the fold in {simulator}: by the robot's hands, then by hands without a robot"):
+    with progress(f"simulating the fold in {simulator}: with the robot's hands, then with those of the learned fold"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
         print(

@@ -121,7 +121,7 @@ def _check_certificates(address: str) -> None:
     for field in CERTIFICATES:
         given = dask.config.get(field, None)
         if given is None:
-            raise InputError(f"--scheduler: {address}: needs certificates; set {field} in the configuration of Dask")
+            raise InputError(f"--scheduler: {address}: needs certificates; set {field} in the Dask configuration")
         if not Path(given).is_file():
             raise InputError(f"--scheduler: {address}: {field} in Dask's configuration must be a file, given {given}")
 

@@ -59,7 +59,7 @@ def parse_obj(data: bytes) -> TriangleMesh:
         except (ValueError, IndexError, OverflowError) as error:
             shown = line.strip()[:40]
             reason = f": {error}" if str(error) and not isinstance(error, IndexError) else ""
-            raise ValueError(f"line {number} is not a line of an OBJ file: {shown!r}{reason}") from None
+            raise ValueError(f"line {number} is not valid in an OBJ file: {shown!r}{reason}") from None
     return reader.mesh()
 
 

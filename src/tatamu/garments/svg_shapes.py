@@ -206,8 +206,8 @@ class _Drawing:
         found = re.fullmatch(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""", given)
         if not found:
             raise InputError(
-                f"outline: {name} must be of the form url(#name), given {given[:60]}; cut the outline itself in the "
-                "drawing program"
+                f"outline: {name} must be of the form url(#name), given {given[:60]}; apply it to the outline in "
+                "the drawing program"
             )
         element = self.named.get(found[1])
         if element is None or not shapes:  # without its target, a reference has no effect
@@ -220,9 +220,7 @@ class _Drawing:
         shown = self.children(element, _transformed(replace(place, style={}), style))
         opaque = style.get("mask-type") == "alpha"
         if name == "mask" and not opaque and not all(_is_white(shape.fill) for shape in shown):
-            raise InputError(
-                "outline: masks must be plain white; remove the mask, and cut the outline itself in the drawing program"
-            )
+            raise InputError("outline: masks must be plain white; apply the mask to the outline in the drawing program")
         region = shapely.union_all([_inside(shape) for shape in shown])
         if style.get("clip-path", "none") != "none":
             inner = replace(place, within=(*place.within, element))

@@ -91,7 +91,7 @@ class ArmDescription(Record):
         count = len(self.joints)
         if count < 5:
             raise ValueError(
-                "joints must be at least 5 (three for the position of the hand, two for the direction of the "
+                "there must be at least 5 joints (three for the position of the hand, two for the direction of the "
                 f"jaws), given {count}"
             )
         for name in ("initial", "speed", "acceleration"):
@@ -104,7 +104,7 @@ class ArmDescription(Record):
             if given is not None and len(given) != count:
                 raise ValueError(f"{name} must have one value for each of {count} joints, given {len(given)}")
         if len(set(self.joints)) < count:
-            raise ValueError("joints must not contain a name twice")
+            raise ValueError("joints must not contain the same name twice")
         for name in self.faster_than_model:
             if name not in self.joints:
                 raise ValueError(f"faster_than_model must name joints of this arm, given {name!r}")

@@ -53,8 +53,8 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
         raise InputError(f"{path}: must be a URDF, given xacro; run `xacro {path.name} > robot.urdf`")
     if root.find("link") is None:
         raise InputError(
-            f"{path}: must have a link, given none; if xacro made this file, run xacro on the file that "
-            "calls the macros"
+            f"{path}: must have a link, given none; if xacro made this file of macros only, run xacro on the robot's "
+            "main file, which uses them"
         )
     folder, strip = "", False  # to which mesh names are relative, and whether the paths in them are ignored
     for compiler in root.iterfind("mujoco/compiler"):

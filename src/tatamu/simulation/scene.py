@@ -65,7 +65,7 @@ class Cloth(Record):
             )
         if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
-                f"vertices must be at most {MAX_VERTICES}, given {len(self.vertices)}; give a coarser mesh"
+                f"there must be at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a coarser mesh"
             )
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:

@@ -193,8 +193,8 @@ class SharedDatabase:
                     raise UnavailableError(text) from None
                 if not _passes(state, reason):
                     raise InputError(
-                        f"{self.address}: the database refuses the request ({reason}); check --storage and your "
-                        "rights there"
+                        f"{self.address}: the database refused the request ({reason}); check --storage and your "
+                        "permissions in the database"
                     ) from None
                 if monotonic() > deadline:
                     raise UnavailableError(

@@ -109,8 +109,8 @@ class LearnOptions(Options):
     level: float = Field(LEVEL, description="Size of the disturbances during the search, in standard deviations.")
     aim: str | None = Field(
         None,
-        description="Distances in metres that the hands keep against errors: height above the table, depth into the "
-        "cloth, and distance from the ends of an edge; default: as the disturbances require.",
+        description="Safety distances of the hands in metres, to allow for errors: height above the table, depth into "
+        "the cloth, and distance from the ends of an edge; default: as the disturbances require.",
         json_schema_extra={"metavar": "none|HxIxE"},
     )
     parallel: StrictInt | None = Field(

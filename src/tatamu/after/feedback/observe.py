@@ -110,7 +110,7 @@ def observe(
     folder = None if learned.folder is None else FeedbackFolder.of(learned.folder)
     if measured is None:
         if folder is None or learned.folder is None:
-            raise InputError("fold: is not measured yet; call `observe` with measured numbers first")
+            raise InputError("fold: has not been measured yet; call `observe` with measured numbers first")
         folder.require_measured(learned.folder)
     base = learned if folder is None or folder.path == learned.folder else Result.load(folder.path)
     found = feedback_of(base, folder, executor, progress)

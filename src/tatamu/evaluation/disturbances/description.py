@@ -122,7 +122,7 @@ class Correlation(Record):
         if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
             raise ValueError(f"parameters must be disturbances or one of {', '.join(FIELDS)}, given {unknown[0]!r}")
         if len(set(self.parameters)) < count:
-            raise ValueError(f"parameters must not contain a name twice, given {', '.join(self.parameters)}")
+            raise ValueError(f"parameters must not contain the same name twice, given {', '.join(self.parameters)}")
         if [len(row) for row in self.matrix] != [count] * count:
             raise ValueError(f"matrix must have {count} rows of {count} numbers, one for each parameter")
         matrix = np.array(self.matrix).reshape(count, count)

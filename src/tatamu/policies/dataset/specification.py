@@ -95,7 +95,7 @@ class RecordOptions(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.cameras)) < len(self.cameras):
-            raise ValueError("cameras must not contain a name twice")
+            raise ValueError("cameras must not contain the same name twice")
         return self
 
 
@@ -130,7 +130,7 @@ class DatasetSpecification(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.formats)) < len(self.formats):
-            raise ValueError("formats must not contain a name twice")
+            raise ValueError("formats must not contain the same name twice")
         if self.fold.source != "drawn":
             usual = FoldDraw.model_fields
             drawn = [name for name in ("plan", "hands") if getattr(self.fold, name) != usual[name].default]
@@ -138,7 +138,7 @@ class DatasetSpecification(Record):
                 given = "garment" if self.garment is not None else f"fold.{drawn[0]}"
                 raise ValueError(f"{given} must be left out for learned folds, because each learned fold has its own")
         if self.disturbances == "none" and self.outcome.worlds:
-            raise ValueError(f"outcome.worlds must be 0 if disturbances is none, given {self.outcome.worlds}")
+            raise ValueError(f"outcome.worlds must be 0 if disturbances is 'none', given {self.outcome.worlds}")
         return self
 
     @property

@@ -114,7 +114,7 @@ def least_energy(thickness: float) -> np.ndarray:
         )
     if not result.success:
         raise TatamuError(
-            f"crease: no shape of minimum energy is found for cloth whose thickness is {thickness:g} bending lengths: "
+            f"crease: no shape of minimum energy was found for cloth whose thickness is {thickness:g} bending lengths: "
             f"{result.message}"
         )
     return np.asarray(result.x)

@@ -341,8 +341,8 @@ class Simulation:
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene must need at most {limits.most_work:g} vertex steps, which would take hours, given "
-                f"{work:.2g}; give a coarser mesh or a shorter duration"
+                f"the scene needs {work:.2g} vertex steps, which would take hours, and the limit is "
+                f"{limits.most_work:g}; give a coarser mesh or a shorter duration"
             )
 
 
