@@ -10,7 +10,7 @@ DEV = $(VENV)/.ready-dev
 NEWTON = .venv-newton/.ready
 LEROBOT = .venv-lerobot/.ready
 
-.PHONY: help learn blender test test-slow oldest lint wheel docs learning gains measured-folds \
+.PHONY: help learn blender test test-slow same-bytes oldest lint wheel docs learning gains measured-folds \
         times folds garments calibration validate real-cloth presets photographs foreign own-garments tangle \
         bench gallery datasets abuse fuzz lerobot simulators crosscheck paper format clean
 
@@ -28,6 +28,9 @@ test: $(DEV)  ## the tests that take minutes, files side by side; the slowest ar
 
 test-slow: $(DEV)  ## the tests that take longer
 	$(BIN)/python -m pytest -q -m slow
+
+same-bytes: $(DEV)  ## kernels compiled for other x86 processors make the same bytes; minutes
+	$(BIN)/python -m pytest -q -m slow tests/test_native_cache.py -k other_processors
 
 oldest: $(DEV)  ## the tests with the oldest packages that pyproject.toml allows, in .venv-oldest
 	rm -rf .venv-oldest && $(PYTHON) -m venv .venv-oldest

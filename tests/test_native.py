@@ -204,7 +204,7 @@ def test_a_motion_that_the_scene_does_not_reach_is_told(times: list[float], told
 @pytest.mark.parametrize("rate", [60.0, 70.0, 24.0])
 def test_a_scene_that_is_shorter_than_a_frame_is_told_with_what_helps(rate: float) -> None:
     made = scene(frame_rate=rate, duration=0.9 / rate)
-    (line,) = (line for line in simulate(made).info["warnings"] if "the rollout has the start alone" in line)
+    (line,) = (line for line in simulate(made).info["warnings"] if "the rollout contains only the first frame" in line)
     longer = float(line.removesuffix(" s").split()[-1])
     assert simulate(made.model_copy(update={"duration": longer})).positions.shape[0] == 2
 

@@ -45,9 +45,15 @@ PRESSED = '[[step]]\nline = [[0.0, -0.5], [0.0, 0.5]]\nmoves = "-x"\npress = {we
 @pytest.mark.parametrize(
     ("reach", "fold", "changes", "says"),
     [
-        pytest.param(0.3, "half", {}, f"robot: must reach the fold in half across.*short.*{TOO_FAR}", id="fold"),
         pytest.param(
-            0.4, "quarters", {"size": (0.5, 0.36)}, f"robot: must reach step 2, {LENGTHWISE}, but short", id="step"
+            0.3, "half", {}, f"robot: must be able to carry out the fold in half across.*short.*{TOO_FAR}", id="fold"
+        ),
+        pytest.param(
+            0.4,
+            "quarters",
+            {"size": (0.5, 0.36)},
+            f"robot: must be able to carry out step 2, {LENGTHWISE}, but short",
+            id="step",
         ),
         pytest.param(1.0, "pressed.toml", {}, "press: short cannot press the fold pressed; leave", id="press"),
     ],

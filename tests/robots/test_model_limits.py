@@ -70,8 +70,8 @@ def test_the_stricter_of_hard_and_soft_limits_holds_and_is_noted(
 @pytest.mark.parametrize(
     ("soft", "said"),
     [
-        ('soft_lower_limit="0" soft_upper_limit="0"', "joint pan: soft limits must overlap the hard limits"),
-        ('soft_lower_limit="3" soft_upper_limit="4"', "joint pan: soft limits must overlap the hard limits"),
+        ('soft_lower_limit="0" soft_upper_limit="0"', "joint pan: the soft limits must overlap the hard limits"),
+        ('soft_lower_limit="3" soft_upper_limit="4"', "joint pan: the soft limits must overlap the hard limits"),
         ('soft_lower_limit="low"', "joint pan: soft_lower_limit must be a number, given 'low'"),
         ('soft_lower_limit="nan"', "joint pan: soft_lower_limit must be a number, given 'nan'"),
     ],
@@ -130,7 +130,7 @@ def test_drives_that_share_no_position_are_refused_by_the_name_of_their_joint(tm
     second = f'<position name="other" joint="pan" kp="50" ctrlrange="{other}"/></actuator>'
     more = DRIVE.format("-0.5 -0.2").replace("</actuator>", second) if other == "0.2 0.5" else DRIVE.format(other)
     said = refusal(load, str(pair_of_mjcf(tmp_path, mjcf(more=more))))
-    assert "joint pan: must have a range that all drives accept" in said
+    assert "joint pan: the ranges of joint and drives must overlap" in said
     assert f"a drive from {other.replace(' ', ' to ')}" in said
 
 

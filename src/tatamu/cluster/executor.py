@@ -123,7 +123,9 @@ class DaskExecutor(Executor):
             return
         error = ended.exception()
         if isinstance(error, distributed.scheduler.KilledWorker):
-            error = WorkerKilledError(f"the simulation killed {error.allowed_failures + 1} workers, or ran too long")
+            error = WorkerKilledError(
+                f"the simulation killed {error.allowed_failures + 1} workers: they crashed, or ran too long"
+            )
         if error is not None:
             if error.__traceback__ is not None:  # its first frame would keep the call at the scheduler
                 error = error.with_traceback(error.__traceback__.tb_next)

@@ -259,8 +259,8 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: must reach {name}, but {reach.robot} can do 0 of {len(refusals)} typical folds; the first fails "
-        f"because {refusals[0]}"
+        f"robot: must be able to carry out {name}, but {reach.robot} can do none of {len(refusals)} typical folds; "
+        f"the first fails because {refusals[0]}"
     )
 
 

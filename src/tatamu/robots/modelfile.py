@@ -176,8 +176,8 @@ def _commanded_limits(path: Path, spec: Any) -> dict[str, str]:
         low, high = np.sort(given / drive.gear[0])
         soft = np.array([max(low, hard[0]), min(high, hard[1])])
         if soft[0] >= soft[1]:
-            ranges = f"{hard[0]:g} to {hard[1]:g} and a drive from {low:g} to {high:g}"
-            raise InputError(f"{path}: joint {joint.name}: must have a range that all drives accept, given {ranges}")
+            ranges = f"given {hard[0]:g} to {hard[1]:g} and {low:g} to {high:g}"
+            raise InputError(f"{path}: joint {joint.name}: the ranges of joint and drives must overlap, {ranges}")
         if np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
             joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, soft / unit
             found[joint.name] = f"{soft[0]:g} to {soft[1]:g}"

@@ -184,8 +184,8 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
         )
     if narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: soft limits must overlap the hard limits, given {low:g} to {high:g}; "
-            "correct or remove safety_controller"
+            f"{path}: joint {joint.get('name')}: the soft limits must overlap the hard limits, but begin at "
+            f"{low:g} where the others end at {high:g}; correct or remove safety_controller"
         )
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")

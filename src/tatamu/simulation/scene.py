@@ -114,7 +114,7 @@ class Gripper(Record):
         if twice is not None:
             raise ValueError(f"vertices must not contain an index twice, given {twice} twice")
         if self.opens is not None and not self.opens > self.closes:
-            raise ValueError(f"opens must be later than closes ({self.closes:g} s), given {self.opens:g} s")
+            raise ValueError(f"`opens` ({self.opens:g} s) must be later than `closes` ({self.closes:g} s)")
         check_knots(self.times, displacements=self.displacements)
         return self
 

@@ -80,7 +80,9 @@ class FoldOptions(Options):
     )
     simulator: str = Field("native", description="Simulator: native, blender or mujoco.")
     robot: str | None = Field(
-        None, description="Robot that must reach the fold: hironx, nextage, or another that `tatamu plan --help` names."
+        None,
+        description="Robot that must be able to carry out the fold: hironx, nextage, or another from "
+        "`tatamu plan --help`.",
     )
 
 
@@ -96,8 +98,8 @@ class LearnOptions(Options):
     sampler: str = Field("gp", description="Method of the search: gp, tpe, cmaes or random.")
     grasps: Literal["integer", "continuous"] = Field(
         "integer",
-        description="How grasps are searched: as whole numbers (integer), or as real numbers that are rounded down "
-        "(continuous).",
+        description="How the search treats the number of a grasp candidate: as a whole number (integer), or as a real "
+        "number that is rounded down (continuous).",
     )
     disturbances: Any = Field(
         None,

@@ -239,7 +239,7 @@ class Simulation:
         duration, rate = self.scene.duration, self.scene.frame_rate
         if self.scene.frames == 1:
             shown = f"{duration:g} s; give a duration of at least {np.ceil(1e6 / rate) / 1e6:g} s"
-            lines.append(f"the rollout has the start alone, because the scene lasts {shown}")
+            lines.append(f"the rollout contains only the first frame, because the scene lasts {shown}")
         for number, gripper in enumerate(self.scene.grippers):
             missing = np.linalg.norm(gripper.displacements[-1] - gripper.displacement(duration))
             if gripper.times[-1] > duration and missing > 1e-3:
