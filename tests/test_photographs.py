@@ -280,7 +280,7 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
         (["--board", "B", "--corner", "left"], "--corner: must be NAME=X,Y"),
         (
             ["--board", "B", "--corner", "a=1,2", "--corner", "a=1,2"],
-            "--corner: must name each corner once, given a twice",
+            "--corner: must not name the same corner twice, given a twice",
         ),
         (["--board", "B", "--out", "x.png"], "--out: must be a .json file"),
         (["--board", "B", "--garment", "tshirt"], "must lie like a flat tshirt"),

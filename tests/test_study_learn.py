@@ -234,7 +234,7 @@ def test_a_study_in_which_all_fails_says_so(tmp_path: Path, monkeypatch: pytest.
     [
         ({"seed": 1}, "seed was 0, is now 1"),
         ({"sampler": "random"}, 'sampler was "gp", is now'),
-        ({"trials": 3}, "trials: must be at least 6, because .* has 6 trials already, given 3"),
+        ({"trials": 3}, "trials: must be at least 6, given 3; .* already has 6 trials"),
     ],
 )
 def test_another_study_is_not_touched(learned: Path, changes: dict[str, Any], named: str) -> None:

@@ -259,7 +259,7 @@ def test_a_link_to_a_plan_stays_a_link_and_the_folder_one_stands_in_is_refused(
 
 def test_a_table_height_that_is_no_height_is_refused_by_its_name(fold: Path, tmp_path: Path) -> None:
     said = refused("plan", str(fold), "--table-height", "nan", "--out", "out", cwd=tmp_path)
-    assert "--table-height: must be within 10 m, given nan" in said
+    assert "--table-height: must be between -10 and 10 m, given nan" in said
 
 
 def test_the_command_writes_a_plan_and_its_figures(fold: Path, tmp_path: Path) -> None:

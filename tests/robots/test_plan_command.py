@@ -40,7 +40,7 @@ def test_where_there_is_no_placement_learning_within_reach_is_proposed(
     folder: Path, tmp_path: Path, asked: list[str]
 ) -> None:
     where = [str(folder), "--out", str(tmp_path / "plan")]
-    remedy = "`tatamu learn .. --robot {}` searches only folds that this robot reaches"
+    remedy = "`tatamu learn .. --robot {}` tries only folds that this robot can reach"
     assert remedy.format("hironx") in said(*where)
     assert remedy.format("nextage") in said(*where, "--robot", "nextage")
     changed(folder / "result.json", lambda value: value["task"].update(robot="nextage"))

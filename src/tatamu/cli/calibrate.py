@@ -15,7 +15,7 @@ def calibrate(
         ..., metavar="MEASUREMENTS.toml", help="File of your measurements, from `tatamu measure`."
     ),
     out: Path = typer.Option(
-        ..., metavar="MATERIAL.toml", help="Material file to write. A page of the fits is written beside it."
+        ..., metavar="MATERIAL.toml", help="Material file to write. A page that shows the fits is written beside it."
     ),
     simulator: str = typer.Option(
         "native", help="Simulator to calibrate; the material is valid for this simulator only."

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def check(
     folder: Path = typer.Argument(..., metavar="DIR", help="The folder of a learned fold."),
-    simulator: str = typer.Option("", help="Other simulator: native, blender or mujoco."),
+    simulator: str = typer.Option("", help="Simulator for this check: native, blender or mujoco."),
     material: Path | None = typer.Option(
         None,
         metavar="FILE.toml",
@@ -59,7 +59,7 @@ def check(
     if opinion.score is None:
         print(f"{there}: {opinion.error}")
     else:
-        print(f"{there}: {_words(opinion.score)}; {1e3 * opinion.apart.mean():.1f} mm from {here}'s")
+        print(f"{there}: {_words(opinion.score)}; {1e3 * opinion.apart.mean():.1f} mm from the fold in {here}")
     print(f"the fold {'succeeds' if opinion.holds else 'fails'} in {there}: {page}")
     return 0 if opinion.holds else 1
 

@@ -70,8 +70,8 @@ def plans(
     out: Path | None = typer.Option(
         None,
         metavar="PATH",
-        help="Write a page (.html) or a picture (.png) of all plans, the best plan (.toml), or all of these into a "
-        "folder.",
+        help="File to write: a page (.html) or a picture (.png) of all plans, or the best plan (.toml). A folder gets "
+        "all three.",
     ),
     fold: list[str] | None = typer.Option(
         None,
@@ -105,8 +105,8 @@ def plans(
         raise InputError(f"--out: must be an .html, .png or .toml file or a folder, given {out}")
     if out is not None and out.suffix.lower() == ".toml" and len(fold or ()) > 1:
         raise InputError(
-            f"--out: must be an .html file, a .png file or a folder for {len(fold or ())} plans, given {out}, which "
-            "can contain only one plan"
+            f"--out: a .toml file can contain only one plan, given {out} for {len(fold or ())} plans; give an .html "
+            "file, a .png file or a folder"
         )
     made = _made(garment, size, material, spacing, scale)
     found = chosen(made, fold or ())
@@ -157,7 +157,7 @@ def show(
         "--fold",
         "--plan",
         metavar="NAME|FILE.toml",
-        help="Also draw a fold plan: its fold lines, the moving sides, and the grasp candidates.",
+        help="Also draw a fold plan: its fold lines, moving sides and grasp candidates.",
     ),
 ) -> None:
     """Draw a flat garment with its seams, its openings and the names of its edges.

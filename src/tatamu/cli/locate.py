@@ -43,7 +43,7 @@ def locate(
     touch: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y'",
-        help="Where the robot touched the board's marks A, B and C: for each, x,y or x,y,z in the robot's base "
+        help="Points where the robot touched the board's marks A, B and C, each as x,y or x,y,z in the robot's base "
         "frame [m].",
     ),
     lens: LensOption = None,
@@ -126,6 +126,6 @@ def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:
         if not name or place.shape != (2,) or not (np.abs(place) < 1e6).all():
             raise InputError(f"--corner: must be NAME=X,Y in pixels, such as bottom-left=812,1640, given {text!r}")
         if name in found:
-            raise InputError(f"--corner: must name each corner once, given {name} twice")
+            raise InputError(f"--corner: must not name the same corner twice, given {name} twice")
         found[name] = place
     return found

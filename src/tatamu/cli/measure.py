@@ -17,7 +17,7 @@ def measure(
     drape: Path | None = typer.Option(
         None,
         metavar="PHOTO",
-        help="Read the drape from this photo, taken from above, of a cloth disc that hangs over a plate.",
+        help="Photo from above of a cloth disc that hangs over a plate; the drape is read from this photo.",
     ),
     disc: float | None = typer.Option(None, help="With --drape: diameter of the cloth disc in metres."),
     plate: float | None = typer.Option(None, help="With --drape: diameter of the plate in metres."),
@@ -73,8 +73,8 @@ def _read_drape(photo: Path, disc: float | None, plate: float | None, ruler: str
     coefficient = outline.drape_coefficient(0.5 * disc, 0.5 * plate)
     if not 0.0 < coefficient < 1.0:
         raise InputError(
-            "--drape: the cloth in the photo must cover more than the plate and less than the disc, given "
-            f"{1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres"
+            "--drape: the cloth in the photo must cover more than the plate and less than the disc, but "
+            f"covers {1e4 * outline.area:.0f} cm²; check that --disc, --plate and --ruler are in metres"
         )
     print(f"drape_coefficient = [{coefficient:.3f}]")
     print(f"nodes = [{outline.nodes}]")

@@ -169,7 +169,7 @@ def correct(
     ),
     scheduler: SchedulerOption = None,
 ) -> None:
-    """Correct the next fold: shift grasps, releases and heights against the inferred errors.
+    """Correct the next fold: shift grasps, releases and heights to make up for the inferred errors.
 
     N is the number of measured folds. `tatamu plan` accepts the folder of the corrected fold. If there is nothing to
     correct, nothing is written.

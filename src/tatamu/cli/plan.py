@@ -36,7 +36,7 @@ def plan(
         1.0,
         min=0.05,
         max=1.0,
-        help="Fraction of the planned speed; below 1, pauses become longer, too, such as for jaws to close.",
+        help="Fraction of the planned speed; below 1, pauses become longer, too, such as while the jaws close.",
     ),
     hover: float = typer.Option(
         0.0,
@@ -82,13 +82,13 @@ def plan(
     robots = {name: load(name, wrist_offset, fingertip) for name in chosen}
     outs = {name: out if len(chosen) == 1 else out / loaded.name for name, loaded in robots.items()}
     if len(set(outs.values())) < len(outs):
-        raise InputError("--robot: must be robots with different names, given two with the same name")
+        raise InputError("--robot: all robots must have different names, given two with the same name")
     for path in outs.values():
         check_out(path)
     own = load(learned_for).name if learned_for is not None else None
     pose = _place(place)
     if table_height is not None and not abs(table_height) < 10:
-        raise InputError(f"--table-height: must be within 10 m, given {table_height:g}")
+        raise InputError(f"--table-height: must be between -10 and 10 m, given {table_height:g}")
     pace = Pace(speed_scale=speed_scale)
     if hover and not 0.02 <= hover <= 0.5:
         raise InputError(f"--hover: must be 0 or from 0.02 to 0.5 m, given {hover:g}")
@@ -106,7 +106,7 @@ def plan(
         except InputError as error:
             if len(chosen) > 1:
                 print(f"{loaded.name}: cannot do the fold: {str(error).removeprefix(f'{folder}: ')}")
-            reason = f"{error}; `tatamu learn .. --robot {name}` searches only folds that this robot reaches"
+            reason = f"{error}; `tatamu learn .. --robot {name}` tries only folds that this robot can reach"
             for_others = isinstance(error, NoPlacement) and own != loaded.name
             refusals.append(NoPlacement(reason) if for_others else error)
             continue
@@ -148,5 +148,7 @@ def _place(text: str) -> tuple[float, float, float] | None:
     except ValueError:
         raise InputError(f"--place: must be auto or x,y,yaw in metres and radians, given {text!r}") from None
     if not (abs(x) < 10 and abs(y) < 10 and abs(yaw) < 6.3):
-        raise InputError(f"--place: x and y must be within 10 m and yaw within 6.3 rad, given {text!r}")
+        raise InputError(
+            f"--place: x and y must be between -10 and 10 m, and yaw between -6.3 and 6.3 rad, given {text!r}"
+        )
     return x, y, yaw

@@ -22,7 +22,7 @@ def rehearse(
     ),
     film: bool = typer.Option(True, help="Also write an animated GIF."),
 ) -> None:
-    """Simulate a robot that executes a plan in MuJoCo, and the cloth that its hands fold.
+    """Simulate in MuJoCo how a robot executes a plan, and simulate the cloth that its hands fold.
 
     Examples:
     `tatamu rehearse runs/hand-towel-plan`
@@ -49,7 +49,7 @@ def rehearse(
         simulator = "none"
     with progress("rehearsing the robot's motion"):
         result = rehearsed(planned)
-    with progress(f"simulating the fold in {simulator}: with the robot's hands, then with those of the learned fold"):
+    with progress(f"simulating the fold in {simulator}: first as the robot moves its hands, then as learned"):
         fold = refold(result, simulator, halvings) if simulator != "none" else None
     if fold is None and simulator != "none":
         print(

@@ -16,12 +16,12 @@ TABLE, BESIDE_CLOTH, BESIDE_TARGET = "a hand meets the table", "a hand misses th
 SLIPPED, UNDONE, CRUSHED, UNSIMULATED = "slipped", "came undone", "crushed", "could not be simulated"
 HELP = {
     TABLE: "aim higher (--aim), or measure the table's height better",
-    BESIDE_CLOTH: "aim deeper (--aim), or see the cloth's edge better",
-    BESIDE_TARGET: "no path helps; a better camera does, or `tatamu observe` and `tatamu correct` after one fold",
+    BESIDE_CLOTH: "aim deeper (--aim), or locate the cloth's edge better",
+    BESIDE_TARGET: "no path helps; use a better camera, or `tatamu observe` and `tatamu correct` after one fold",
     SLIPPED: "a table with more friction, or a slower fold",
     UNDONE: "a press, or a limper cloth",
     CRUSHED: "a higher path: more trials, or a larger --level",
-    UNSIMULATED: "see the reason of the failed simulation",
+    UNSIMULATED: "see why the simulation failed",
 }
 """What helps against each cause of failure."""
 

@@ -157,7 +157,7 @@ def _about_search(result: ResultRecord) -> list[str]:
     if best.number >= 0.6 * len(trials):  # the search was probably still improving
         return [*lines, f"{more}; the best trial came late, {place}, so more trials are likely to help"]
     other_fold = "another fold or other grasps: `tatamu plans` draws the folds in which hands lift the whole garment"
-    return [*lines, f"{more}, although the best trial came early, {place}", other_fold]
+    return [*lines, f"{more}; the best trial came early, {place}, so more trials may not help", other_fold]
 
 
 def _about_steps(plan: PlanRecord, steps: Sequence[Conclusion], names: Sequence[str]) -> list[str]:

@@ -215,9 +215,7 @@ class _Learning:
             done, most = len(study.trials), max_trials(options.trials)
             if done > most:
                 where = folder.path if folder else "the study"
-                raise InputError(
-                    f"trials: must be at least {done}, because {where} has {done} trials already, given {most}"
-                )
+                raise InputError(f"trials: must be at least {done}, given {most}; {where} already has {done} trials")
             if self.home is not None:
                 keep_inputs(self.home.path, sources_of(task, self.disturbances))
             return self._run(study, folder)

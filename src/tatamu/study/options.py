@@ -129,7 +129,7 @@ class LearnOptions(Options):
         check_search(self.sampler)
         if self.trials == "auto" and self.sampler != "gp":
             raise InputError(
-                f"trials: must be a number with the sampler {self.sampler}, given auto, which needs the sampler gp"
+                f"trials: auto needs the sampler gp, given {self.sampler}; give a number of trials, or the sampler gp"
             )
         if self.trials != "auto":
             check_range("trials", self.trials, 1, 10_000)

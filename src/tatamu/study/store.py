@@ -203,7 +203,7 @@ def _file_error(label: str, error: BaseException) -> Exception:
     temporary = {  # parts of SQLite's messages about errors that do not damage the file, and their meanings
         "is full": "the disk is full",
         "is locked": "another program is using the file",
-        "already exists": "another program is making the file at this moment",
+        "already exists": "another program is creating the file",
         "readonly": "cannot be written",
         "disk I/O error": "cannot be read or written now",
     }

@@ -25,7 +25,7 @@ CORRECTED = "corrected-"
 CORRECTION = "correction.json"
 HEAD = (
     "# Disturbances of one set-up, given its measured folds. docs/reference/disturbances.md explains the fields.\n"
-    "# Take it with --disturbances, or with --after together with the fold.\n\n"
+    "# Use this file with --disturbances, or use --after, which also starts from the learned fold.\n\n"
 )
 
 

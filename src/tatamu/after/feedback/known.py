@@ -46,8 +46,8 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     """
     if len(task.plan.steps) > 1:
         raise InputError(
-            f"after: must be left out with a fold plan of several steps, given {task.plan.name} with "
-            f"{len(task.plan.steps)} steps"
+            f"after: needs a fold plan of a single step, but {task.plan.name} has {len(task.plan.steps)} steps; "
+            "leave out `after`"
         )
     folders = [_folder(run) for run in runs]
     measured = [feedback_of(Result.load(folder.path), folder) for folder in folders]
@@ -55,8 +55,8 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
     for each in measured[1:]:
         if each.disturbances != source:
             raise InputError(
-                f"after: all folds must be learned with the same disturbances, but {each.learned.folder} differs from "
-                f"{measured[0].learned.folder}; leave one of these folds out"
+                f"after: all folds must have been learned with the same disturbances, but {each.learned.folder} and "
+                f"{measured[0].learned.folder} differ; leave one of these folds out"
             )
     found = posterior(source, [fold for each in measured for fold in each.folds]).disturbances
     shifts = shifts_against(task.fold, task.manipulation(task.space.middle()), mean_scenario(found))

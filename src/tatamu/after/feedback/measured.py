@@ -63,7 +63,7 @@ class MeasuredFold(OpenRecord):
     def _check(self) -> MeasuredFold:
         names = [number.name for number in self.measured]
         if len(set(names)) < len(names):
-            raise ValueError(f"measured must contain each name once, given {', '.join(names)}")
+            raise ValueError(f"measured must not contain the same name twice, given {', '.join(names)}")
         for side in self.turned_in:
             if any(name.startswith(side) for name in names):
                 raise ValueError(
@@ -88,13 +88,13 @@ class Template(Record):
 
 FORM = """# After the fold: where did it end? Lengths in millimetres; delete what you did not measure.
 # Along: in the direction in which the hem was carried; too far is positive.
-# Across: positive to the left hand's side.
+# Across: towards the left hand is positive.
 
 left = [0.0, 0.0]      # left corner of the moved hem from its target: along, across
 right = [0.0, 0.0]     # right corner
 slip = [0.0, 0.0]      # how far the lower hem has moved from where it lay
 deviation = 1.5        # how far your numbers may be wrong (one standard deviation)
-turned_in = []         # corners that lie turned in: ["left"], ["right"]; delete their numbers above
+turned_in = []         # corners that are turned in: ["left"], ["right"]; delete their numbers above
 failed = false         # true if nothing can be measured
 """
 """The form that `tatamu observe --template` writes."""

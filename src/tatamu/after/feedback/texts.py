@@ -21,7 +21,7 @@ MARK_TITLES = {
     "slip_along": "lower hem, along",
     "slip_across": "lower hem, across",
 }
-BEYOND = "too far from all simulated scenarios and left out; check the grasp and the numbers, and measure again"
+BEYOND = "too far from all simulated scenarios, so it is left out; check the grasp and the numbers, and measure again"
 NOTHING = f"nothing to correct: no expected error moves a hand by {1e3 * MIN_SHIFT:.1f} mm"
 
 
@@ -44,7 +44,8 @@ def again(found: Feedback) -> str | None:
             pair = (np.mean([measured[name] for name in corners]), np.mean([expected[MARKS.index(n)] for n in corners]))
             parts.append(f"{1e3 * pair[1]:+.1f} mm of {1e3 * pair[0]:+.1f} mm {axis} the fold")
     return (
-        f"without a correction, expected in the next fold: {', '.join(parts)}; the rest differs from fold to fold"
+        f"without a correction, the next fold is expected to repeat {', '.join(parts)}; the rest differs from fold to "
+        "fold"
         if parts
         else None
     )
