@@ -275,7 +275,9 @@ def test_a_length_of_another_garment_is_refused() -> None:
 def test_an_edge_that_is_not_there_is_named() -> None:
     with pytest.raises(InputError, match=r"edge: must be one of .*bottom.*, given 'collar'"):
         calibrate(measured(elongation__grasps=[{"edge": "collar"}]))
-    said = r"sag: free_length must be at most 0\.13 m, because edge bottom is only 0\.20 m long, given 0\.19 m"
+    said = (
+        r"sag: free_length \(0\.19 m\) must be at most 0\.13 m for edge bottom, which is 0\.20 m long; choose a longer"
+    )
     with pytest.raises(InputError, match=said):
         calibrate(measured(sag__free_length=0.19, sag__sag=0.1))
 

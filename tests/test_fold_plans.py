@@ -245,7 +245,7 @@ def test_plans_are_listed_drawn_and_written(tmp_path: Path) -> None:
         (["plans", "towel", "--fold", "none.toml"], "none.toml: cannot be read"),
         (["plans", "towel", "--out", "plans.pdf"], "out: must be an .html, .png or .toml file or a folder"),
         (["plans", "towel", "--fold", "half", "--fold", "quarters", "--out", "a.toml"], "a folder for 2 plans"),
-        (["plans", "towel", "--size", "0.06x0.06"], "because two hands need 0.06 m between them; give --hands 1"),
+        (["plans", "towel", "--size", "0.06x0.06"], "because two hands must be at least 0.06 m apart; give --hands 1"),
         (["plans", "towel", "--out", "/proc/nowhere/plans.html"], "cannot be written"),
     ],
 )
@@ -263,8 +263,8 @@ def test_a_step_whose_hands_do_not_fit_is_named_with_its_file_and_the_remedy(han
     assert done.returncode == (0 if hands == 1 else 2), done.stderr
     if hands == 2:
         assert (
-            "p.toml: p: step 2 (again): hands: must be 1 on bottom, because two hands need 0.06 m between them; give "
-            "--hands 1" in done.stderr
+            "p.toml: p: step 2 (again): hands: must be 1 to grasp bottom, because two hands must be at least "
+            "0.06 m apart; give --hands 1" in done.stderr
         )
 
 

@@ -59,8 +59,8 @@ class ElongationReadings(TestEntry):
         lying = float(np.mean(self.L2))
         if lying > hanging:
             raise ValueError(
-                f"L2 ({lying:g} m, lying) must be at most L1 ({hanging:g} m, hanging), because cloth becomes "
-                "longer when hung; check that L1 and L2 are not swapped"
+                f"L2 ({lying:g} m, lying) must be at most L1 ({hanging:g} m, hanging), because cloth stretches "
+                "when it hangs; check that L1 and L2 are not swapped"
             )
         if hanging > 1.5 * lying:
             raise ValueError(

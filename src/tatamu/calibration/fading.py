@@ -46,7 +46,7 @@ class FadingReadings(TestEntry):
         aside = float(np.mean(self.aside))
         if not self.to <= 0.8 * aside:
             raise ValueError(
-                f"`to` ({self.to:g} m) must be at most 0.8 times `aside` ({aside:g} m); count the swings until they "
+                f"`to` ({self.to:g} m) must be at most 0.8 times `aside` ({aside:g} m); count until the swings "
                 "are smaller"
             )
         return self

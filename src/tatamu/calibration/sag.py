@@ -99,8 +99,8 @@ class Sag(ElasticTest):
         least = 1.5  # edge over free length
         if along < least * test.free_length:
             raise InputError(
-                f"sag: free_length must be at most {along / least:.2f} m, because edge {entry.edge} is only "
-                f"{along:.2f} m long, given {test.free_length:g} m; choose a longer edge"
+                f"sag: free_length ({test.free_length:g} m) must be at most {along / least:.2f} m for edge "
+                f"{entry.edge}, which is {along:.2f} m long; choose a longer edge"
             )
         return test
 

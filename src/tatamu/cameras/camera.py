@@ -77,9 +77,7 @@ class Camera:
         )[:, 0]
         rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
         if not (rays[:, 2] < -1e-6).all():
-            raise InputError(
-                "photo: must show the cloth lower in the picture, because no table is so high; tilt the camera down"
-            )
+            raise InputError("photo: must show the cloth below the horizon of the table; tilt the camera down")
         eye = self.eye
         down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])
@@ -206,7 +204,7 @@ def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, opti
 
 
 def _not_flat(why: str, lens: Lens | None) -> InputError:
-    wrong_lens = " and leave --lens out, because the file may be of another lens" if lens is not None else ""
+    wrong_lens = " and leave --lens out, because the file may be for another lens" if lens is not None else ""
     return InputError(f"board: must be flat, but {why}; lay the board flat{wrong_lens}")
 
 

@@ -366,7 +366,7 @@ def shifted(fold: Fold, manipulation: Manipulation, shifts: Sequence[HandShift])
     if len(curved) < len(known):
         raise InputError("shift: must be left out for hands that do not follow Bezier curves")
     if len(shifts) < len(known):
-        raise InputError(f"shift: must have one correction for each of {len(known)} hands, given {len(shifts)}")
+        raise InputError(f"shift: must have one correction per hand ({len(known)}), given {len(shifts)}")
     if all(shift.is_none for shift in shifts):
         return manipulation
     hands = []

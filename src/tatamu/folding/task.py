@@ -125,7 +125,7 @@ class Task:
         """Return the task for the next step, from the cloth after this one [m], shape (n, 3)."""
         if self.number + 1 == len(self.plan.steps):
             raise InputError(
-                f"task: must have a next step, but step {self.number + 1} is the last of fold plan {self.plan.name}"
+                f"task: has no next step, because step {self.number + 1} is the last of fold plan {self.plan.name}"
             )
         return self.at(self.number + 1, state)
 
@@ -259,7 +259,7 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: must be able to carry out {name}, but {reach.robot} can do none of {len(refusals)} typical folds; "
+        f"robot: must be able to carry out {name}, but {reach.robot} can make none of the {len(refusals)} folds tried; "
         f"the first fails because {refusals[0]}"
     )
 

@@ -76,14 +76,14 @@ def polyline(name: str, points: np.ndarray) -> DrawnCurve | None:
         InputError: If a coordinate is not finite or exceeds `MAX_COORDINATE`, or the curve has too many points.
     """
     if not (np.abs(points) < MAX_COORDINATE).all():
-        raise InputError(f"outline: must have finite coordinates of at most {MAX_COORDINATE:g}")
+        raise InputError(f"outline: coordinates must be finite and at most {MAX_COORDINATE:g}")
     length = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], length > 1e-9])]
     if len(points) < 2:
         return None
     if len(points) > 100_000:
         given = f"given {len(points)}; simplify the drawing"
-        raise InputError(f"outline: must have curves of at most 100000 points, {given}")
+        raise InputError(f"outline: each curve must have at most 100000 points, {given}")
     closed = len(points) > 3 and bool(np.linalg.norm(points[0] - points[-1]) < 1e-3 * length.sum())
     return DrawnCurve(one_line(name), points[:-1] if closed else points, closed)
 

@@ -151,7 +151,7 @@ def _flattened(entity: Any, scale: float) -> np.ndarray:
     ends = (entity.dxf.start, entity.dxf.end) if drawn is None else drawn.control_vertices()
     corners = np.array([(p.x, p.y) for p in ends], dtype=float).reshape(-1, 2)
     if not (np.abs(corners) < MAX_COORDINATE).all():
-        raise InputError(f"outline: a {kind} must have finite coordinates of at most {MAX_COORDINATE:g}")
+        raise InputError(f"outline: coordinates of a {kind} must be finite and at most {MAX_COORDINATE:g}")
     if drawn is None:
         return corners
     if len(corners) > MAX_PARTS:

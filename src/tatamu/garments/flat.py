@@ -117,7 +117,7 @@ def _check_layers(plan: np.ndarray, faces: np.ndarray, up: np.ndarray) -> None:
         # more area than they cover: they lie on each other
         if len(triangles) and shapely.area(triangles).sum() > 1.01 * shapely.union_all(triangles).area:
             raise InputError(
-                f"mesh: must have at most one layer that faces {name}, but several such layers lie on each other; "
+                f"mesh: must have at most one layer that faces {name}, but several lie on top of one another; "
                 "remove all but one"
             )
 

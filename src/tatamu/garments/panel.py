@@ -70,7 +70,7 @@ def _check_possible(curves: dict[str, np.ndarray], spacing: float) -> None:
 
 def _too_near(place: np.ndarray, spacing: float) -> InputError:
     return InputError(
-        f"outline: must be wider at x {place[0]:.4f}, y {place[1]:.4f} m for a spacing of {spacing:g} m; give a "
+        f"outline: is too narrow at x {place[0]:.4f}, y {place[1]:.4f} m for a spacing of {spacing:g} m; give a "
         "smaller spacing or a simpler outline"
     )
 

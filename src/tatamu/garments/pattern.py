@@ -154,7 +154,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     covered = shapely.covers(outer, inner)
     marks, kept = inner[small & ~covered], ~small | covered
     inner = inner[kept]
-    notes = [f"left out for crossing the outline: {counted(marks, 'closed curve')}"] if len(marks) else []
+    notes = [f"left out as marks across the outline: {counted(marks, 'closed curve')}"] if len(marks) else []
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
         raise InputError("outline: must occur once in the drawing, given two copies")
     if not covered[kept].all():
@@ -168,7 +168,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
         outer, inner = inner[0], inner[1:]
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
         if not is_hole.all():
-            notes.append(f"left out: {counted(inner[~is_hole], 'closed curve')} along or across the inner outline")
+            notes.append(f"left out, along or across the inner outline: {counted(inner[~is_hole], 'closed curve')}")
         inner = inner[is_hole]
     if holes is False and len(inner):
         notes.append(f"left out because of holes = false: {counted(inner, 'closed curve')} inside the outline")
@@ -210,7 +210,7 @@ def _within(points: np.ndarray) -> shapely.Polygon:
         lines = shapely.simplify([shapely.LineString(part) for part in parts], SMOOTH)
         points = np.concatenate([shapely.get_coordinates(line)[:-1] for line in lines])
     if len(points) > MAX_CORNERS:
-        raise InputError(f"outline: must have curves of at most {MAX_CORNERS} corners, given {len(points)}")
+        raise InputError(f"outline: each curve must have at most {MAX_CORNERS} corners, given {len(points)}")
     region = shapely.Polygon(points)
     if not region.is_valid or not region.area > 0.0:
         raise InputError(f"outline: must not cross or touch itself ({explain_validity(region)}, in metres)")

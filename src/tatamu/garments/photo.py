@@ -74,8 +74,8 @@ def stand_out(
         helps = not _touches_border(_joined([largest, *others]))
         remedy = "give --join if all regions are one garment, such as a striped shirt, or " if helps else ""
         raise InputError(
-            f"{path}: photo: one region must stand out from the table, given {len(others) + 1}, the largest with "
-            f"{100 / (1 + beside):.0f} % of the total area; {remedy}crop the photo to one region"
+            f"{path}: photo: only one region may stand out from the table, but {len(others) + 1} do, the largest "
+            f"with {100 / (1 + beside):.0f} % of their total area; {remedy}crop the photo to one region"
         )
     if _touches_border(largest):
         raise InputError(
@@ -203,10 +203,12 @@ def _kept(share: np.ndarray, path: Path) -> np.ndarray:
     regions = label(share > 0.5)
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or sizes.max() < MIN_AREA * share.size:
-        raise InputError(f"{path}: photo: its alpha channel must show a garment, given an almost empty channel")
+        raise InputError(f"{path}: photo: its alpha channel must show a garment, but is almost empty")
     garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
     if garment.mean() > 0.97:
-        raise InputError(f"{path}: photo: its alpha channel must cut the garment out, given one that cuts holes")
+        raise InputError(
+            f"{path}: photo: its alpha channel must hide everything around the garment, but shows the picture's border"
+        )
     beside = np.asarray((regions > 0) & ~garment)
     return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share))
 

@@ -206,8 +206,8 @@ class _Drawing:
         found = re.fullmatch(r"""\s*url\(\s*["']?#([^"')]+)["']?\s*\)\s*""", given)
         if not found:
             raise InputError(
-                f"outline: {name} must be of the form url(#name), given {given[:60]}; apply it to the outline in "
-                "the drawing program"
+                f"outline: {name} must have the form url(#name), given {given[:60]}; apply the {name} in the "
+                "drawing program"
             )
         element = self.named.get(found[1])
         if element is None or not shapes:  # without its target, a reference has no effect
@@ -270,7 +270,7 @@ def _style_sheet(text: str) -> Sheet:
     """Return the rules of a style sheet with simple selectors, in the order in which they apply."""
     most = 100_000  # as the time to read them grows with the square
     if len(text) > most:
-        raise InputError(f"outline: must have style sheets of at most {most} characters, given {len(text)}")
+        raise InputError(f"outline: each style sheet must have at most {most} characters, given {len(text)}")
     plain = re.sub(r"/\*.*?(?:\*/|\Z)", "", text, flags=re.DOTALL)
     plain = re.sub(r"@[^{};]*(?:;|\{(?:[^{}]|\{[^{}]*\})*\})", "", plain)
     rules = []
