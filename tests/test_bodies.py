@@ -41,7 +41,10 @@ def scene(**body: Any) -> Scene:
         ({"times": [0.0, 1.0]}, "positions must have one item for each of 2 times, given 1"),
         ({"times": [1.0, 0.5], "positions": [[0, 0, 1], [0, 0, 1]]}, "times must increase"),
         ({"friction": -1.0}, "bodies.0.friction"),
-        ({"positions": [[0.02, 0.02, 0.002]]}, "bodies.0 must begin outside the cloth, or inside it by at most"),
+        (
+            {"positions": [[0.02, 0.02, 0.002]]},
+            "bodies.0 must begin outside the cloth, or inside it by at most the cloth's",
+        ),
         ({"speed": 1.0}, "bodies.0.speed"),
     ],
 )

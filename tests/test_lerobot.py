@@ -123,7 +123,7 @@ def test_an_error_leaves_nothing(tmp_path: Path) -> None:
         ({"observation.state": np.full((4, 3), np.nan)}, "observation.state: must contain finite numbers"),
         (
             {"observation.images.top": np.zeros((4, 64, 64, 3))},
-            "observation.images.top: pictures must have 8-bit numbers",
+            "observation.images.top: pictures must be arrays of uint8",
         ),
         ({"extra": np.zeros((4, 1))}, "values: must have the features observation.state"),
     ],

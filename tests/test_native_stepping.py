@@ -218,7 +218,7 @@ def test_a_wrong_call_names_its_argument_and_does_nothing(seconds: float, hands:
 
 def test_vertices_that_the_scene_gives_to_another_hand_are_refused() -> None:
     later = folded(grippers=[held(EDGE, closes=0.5), held(np.array([7]), closes=100.0)])
-    with pytest.raises(InputError, match=r"^hands\[1\]\.vertices: .* vertex 2, which grippers 0 and 1 hold"):
+    with pytest.raises(InputError, match=r"^hands\[1\]\.vertices: .* grippers 0 and 1 both hold vertex 2"):
         Simulation(later).advance(0.1, [None, HandTarget(closed=True, vertices=[2])])
 
 

@@ -130,7 +130,7 @@ def test_drives_that_share_no_position_are_refused_by_the_name_of_their_joint(tm
     second = f'<position name="other" joint="pan" kp="50" ctrlrange="{other}"/></actuator>'
     more = DRIVE.format("-0.5 -0.2").replace("</actuator>", second) if other == "0.2 0.5" else DRIVE.format(other)
     said = refusal(load, str(pair_of_mjcf(tmp_path, mjcf(more=more))))
-    assert "joint pan: the ranges of joint and drives must overlap" in said
+    assert "joint pan: the ranges of the joint and its drives must overlap" in said
     assert f"a drive from {other.replace(' ', ' to ')}" in said
 
 

@@ -152,7 +152,7 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
         assert last in text
     path.write_text(text)
     why = "three for the position of the hand, two for the direction of the jaws"
-    assert f"larm: there must be at least 5 joints ({why}), given 4" in refusal(load, str(path))
+    assert f"larm: must have at least 5 joints ({why}), given 4" in refusal(load, str(path))
 
 
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:
@@ -280,7 +280,7 @@ def test_two_meshes_of_one_name_in_two_folders_are_two(tmp_path: Path) -> None:
         (urdf(more='<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'), "given xacro"),
         (urdf().replace('velocity="2"', 'velocity="fast"'), "velocity must be a number, given 'fast'"),
         ("<sdf/>", "must be a URDF (<robot>) or an MJCF (<mujoco>), given <sdf>"),
-        ("joints: none", "must be a URDF or MJCF in valid XML"),
+        ("joints: none", "cannot be read as URDF or MJCF"),
         ('<robot name="macros"></robot>', "must have a link"),
     ],
 )

@@ -157,7 +157,7 @@ def opened(path: Path, largest: int) -> Iterator[IO[bytes]]:
             kind = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe or a device"
             raise InputError(f"{path}: must be a regular file, given {kind}")
         if state.st_size > largest:
-            raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB, given {state.st_size / MIB:.1f} MiB")
+            raise InputError(f"{path}: must be at most {largest / MIB:.0f} MiB, given {state.st_size / MIB:.1f} MiB")
         with open(path, "rb") as file:
             yield file
     except OSError as error:
@@ -171,7 +171,7 @@ def read_bytes(path: Path, largest: int = MAX_TEXT) -> bytes:
     with opened(path, largest) as file:
         data = file.read(largest + 1)  # some files of the system report no size
     if len(data) > largest:
-        raise InputError(f"{path}: must have at most {largest / MIB:.0f} MiB")
+        raise InputError(f"{path}: must be at most {largest / MIB:.0f} MiB")
     return data
 
 
@@ -221,7 +221,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(fields) < len(pairs):
         counts = Counter(name for name, _ in pairs)
         twice = next(name for name, count in counts.items() if count > 1)
-        raise InputError(f"{twice}: must occur once in an object, given twice")
+        raise InputError(f"{twice}: must not occur twice in the same object")
     return fields
 
 
@@ -264,7 +264,7 @@ def _size(member: IO[bytes], unpacked: int, name: str) -> int:
     """Return the size of an array [bytes] by its header; raise ValueError for other arrays than numbers or a text."""
     version = npy.read_magic(member)
     if version not in ((1, 0), (2, 0)):
-        raise ValueError(f"{name} must have the format 1.0 or 2.0, given {version[0]}.{version[1]}")
+        raise ValueError(f"{name} must be in .npy format 1.0 or 2.0, given {version[0]}.{version[1]}")
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, _, dtype = read(member)
     numbers = "fiub"  # numpy's letters for floating point numbers, integers and booleans

@@ -51,7 +51,7 @@ class Feature:
         if array.shape != (frames, *self.shape):
             raise InputError(f"{name}: must have the shape {(frames, *self.shape)}, given {array.shape}")
         if self.is_video and array.dtype != np.uint8:
-            raise InputError(f"{name}: pictures must have 8-bit numbers, given {array.dtype}")
+            raise InputError(f"{name}: pictures must be arrays of uint8, given {array.dtype}")
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             raise InputError(f"{name}: must contain finite numbers only")
         return array if self.is_video else array.astype(self.dtype)

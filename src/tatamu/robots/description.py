@@ -91,7 +91,7 @@ class ArmDescription(Record):
         count = len(self.joints)
         if count < 5:
             raise ValueError(
-                "there must be at least 5 joints (three for the position of the hand, two for the direction of the "
+                "must have at least 5 joints (three for the position of the hand, two for the direction of the "
                 f"jaws), given {count}"
             )
         for name in ("initial", "speed", "acceleration"):

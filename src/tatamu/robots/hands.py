@@ -130,6 +130,6 @@ def _check_unpressed(scene: Scene, source: Path | str) -> None:
     others = [body.name for body in scene.bodies if body.hand is None]
     if others:
         raise InputError(
-            f"{source}: bodies: must be hands only, because robots cannot press, given a {others[0]}; learn the fold "
-            "from a fold plan without press"
+            f"{source}: bodies: must be hands only, because robots cannot press creases, given a {others[0]}; learn "
+            "the fold from a fold plan without `press`"
         )

@@ -68,7 +68,7 @@ def read_model(path: Path, packages: Mapping[str, Path]) -> ModelFile:
             _keep_assets(spec, path, store)
             limits = JointLimits({}, _commanded_limits(path, spec), None)
     except ValueError as error:
-        raise InputError(f"{path}: must be a URDF or MJCF that MuJoCo reads ({one_line(error)})") from None
+        raise InputError(f"{path}: must be a URDF or MJCF that MuJoCo can read ({one_line(error)})") from None
     spec.compiler.fusestatic = False
     spec.option.disableflags = spec.option.enableflags = 0  # a model may switch off contacts
     for part in (*spec.sensors, *spec.actuators, *spec.keys, *spec.skins):  # a plan needs none of these parts
@@ -176,8 +176,10 @@ def _commanded_limits(path: Path, spec: Any) -> dict[str, str]:
         low, high = np.sort(given / drive.gear[0])
         soft = np.array([max(low, hard[0]), min(high, hard[1])])
         if soft[0] >= soft[1]:
-            ranges = f"given {hard[0]:g} to {hard[1]:g} and {low:g} to {high:g}"
-            raise InputError(f"{path}: joint {joint.name}: the ranges of joint and drives must overlap, {ranges}")
+            ranges = f"given {hard[0]:g} to {hard[1]:g} and a drive from {low:g} to {high:g}"
+            raise InputError(
+                f"{path}: joint {joint.name}: the ranges of the joint and its drives must overlap, {ranges}"
+            )
         if np.abs(soft - hard).max() > 1e-4:  # drives often repeat the range with fewer digits
             joint.limited, joint.range = mujoco.mjtLimited.mjLIMITED_TRUE, soft / unit
             found[joint.name] = f"{soft[0]:g} to {soft[1]:g}"
@@ -310,7 +312,7 @@ def _parsed(path: Path) -> ElementTree.Element:
         for field in root.iter("hfield"):  # MuJoCo takes 15 s for 100,000 x 100,000 heights
             _check_heights(path, *(float(field.get(side, "0")) for side in ("nrow", "ncol")))
     except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: must be a URDF or MJCF in valid XML ({error})") from None
+        raise InputError(f"{path}: cannot be read as URDF or MJCF ({error})") from None
     return root
 
 

@@ -53,8 +53,8 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
         raise InputError(f"{path}: must be a URDF, given xacro; run `xacro {path.name} > robot.urdf`")
     if root.find("link") is None:
         raise InputError(
-            f"{path}: must have a link, given none; if xacro made this file of macros only, run xacro on the robot's "
-            "main file, which uses them"
+            f"{path}: must have a link, given none; if it was made from a xacro file that only defines macros, "
+            "run xacro on the robot's main file instead"
         )
     folder, strip = "", False  # to which mesh names are relative, and whether the paths in them are ignored
     for compiler in root.iterfind("mujoco/compiler"):
@@ -111,7 +111,7 @@ def located(uri: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     if tried:
         raise InputError(f"{urdf}: {uri}: must be an existing file, given {tried[0]}")
     raise InputError(
-        f"{urdf}: {uri}: no folder {name} is found above this file or in ROS_PACKAGE_PATH; "
+        f"{urdf}: {uri}: there is no folder {name} above this file or in ROS_PACKAGE_PATH; "
         f'write packages = {{ {name} = "FOLDER" }} in the description, before its first table'
     )
 
@@ -184,8 +184,9 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
         )
     if narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: the soft limits must overlap the hard limits, but begin at "
-            f"{low:g} where the others end at {high:g}; correct or remove safety_controller"
+            f"{path}: joint {joint.get('name')}: the soft limits must overlap the hard limits, but the "
+            f"stricter lower limit ({low:g}) is not below the stricter upper limit ({high:g}); correct or remove "
+            "safety_controller"
         )
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")

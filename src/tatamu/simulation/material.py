@@ -117,7 +117,7 @@ class Material(OpenRecord, extra="forbid"):
             least = 0.25 * (self.bending_rigidity + self.weft_rigidity)
             if self.bending_rigidity_bias < least * (1.0 - 1e-9):
                 raise ValueError(
-                    "bending_rigidity_bias must be at least a quarter of the rigidities of warp and weft together "
+                    "bending_rigidity_bias must be at least a quarter of the sum of the warp and weft rigidities "
                     f"({least:g} N m), given {self.bending_rigidity_bias:g}"
                 )
         return self

@@ -48,7 +48,7 @@ class Rollout:
             times, positions, faces = (arrays.pop(name) for name in ("times", "positions", "faces"))
             _check(times, positions, faces)
             if any(array.dtype.kind == "U" for array in arrays.values()):
-                raise ValueError("only the array info must be text")
+                raise ValueError("info must be the only array of text")
             if not isinstance(info, dict):
                 raise ValueError("info must be a JSON object")
             return cls(times, positions, faces, info, arrays)

@@ -29,7 +29,9 @@ MAX_VERTICES = 150_000
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
     if len(fibre) not in (1, len(faces)):
-        raise ValueError(f"fibre must be one vector or one for each of {len(faces)} triangles, given {len(fibre)}")
+        raise ValueError(
+            f"fibre must be one vector, or {len(faces)} vectors (one for each triangle), given {len(fibre)}"
+        )
     a, b, c = (rest[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     within = np.linalg.norm(np.cross(normal, fibre), axis=1) / np.linalg.norm(normal, axis=1)
@@ -65,7 +67,7 @@ class Cloth(Record):
             )
         if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
-                f"there must be at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a coarser mesh"
+                f"the cloth must have at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a coarser mesh"
             )
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:
@@ -161,11 +163,11 @@ class Scene(Record):
             depth = 0.5 * self.material.thickness + deepest(body, self.cloth.vertices, self.cloth.faces)
             if depth > self.material.thickness:
                 raise ValueError(
-                    f"bodies.{number} must begin outside the cloth, or inside it by at most its thickness "
+                    f"bodies.{number} must begin outside the cloth, or inside it by at most the cloth's thickness "
                     f"({self.material.thickness:g} m), given {depth:.3g} m; move the body or the cloth"
                 )
         if self.frames > 200_000:
-            raise ValueError(f"duration x frame_rate must be at most 200000 frames, given {self.frames}")
+            raise ValueError(f"duration x frame_rate must not exceed 200000 frames, given {self.frames}")
         return self
 
     def __repr__(self) -> str:

@@ -102,7 +102,7 @@ def named(name: str) -> Simulator:
 def register_simulator(name: str, simulator: Simulator) -> None:
     """Add a module or object with the attributes of `Simulator` by a new name, as in `simulate(scene, name)`."""
     if name in SIMULATORS:
-        raise InputError(f"name: must be new, given {name!r}, which is already a simulator")
+        raise InputError(f"name: must be new, but there is already a simulator {name!r}")
     SIMULATORS[name] = simulator
 
 

@@ -156,8 +156,8 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
             reason = str(error)
     assert recorder.stand is not None
     raise InputError(
-        f"robot: must be able to do some of the drawn folds, but {recorder.stand.robot} can do 0 of {attempts}; the "
-        f"last fold failed because {reason}"
+        f"robot: must be able to do a drawn fold, but {recorder.stand.robot} can do none of {attempts}; the last one "
+        f"fails because {reason}"
     )
 
 

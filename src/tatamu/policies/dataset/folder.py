@@ -123,8 +123,8 @@ class DatasetFolder:
         before = before or self.read()
         if before.specification != record.specification:
             raise InputError(
-                f"{self.path}: must contain a dataset made from this dataset file, given another dataset; give another "
-                "--out"
+                f"{self.path}: must contain a dataset made from this dataset file, but contains another one; give "
+                "another --out"
             )
         if before.tatamu != record.tatamu and not self.is_finished:
             raise InputError(

@@ -120,7 +120,7 @@ def _isotropy(mapping: Mapping, material: Material, springs: Springs) -> None:
         mapping.warn("this mesh resists bending in some directions only")
     elif stiffest / softest > 1.15:
         harder = 100 * (stiffest / softest - 1.0)
-        mapping.warn(f"this mesh is {harder:.0f} % stiffer in bending in one direction than in another")
+        mapping.warn(f"this mesh resists bending {harder:.0f} % more in one direction than in another")
 
 
 def _contact(mapping: Mapping, material: Material) -> None:

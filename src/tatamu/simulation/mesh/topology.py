@@ -152,12 +152,10 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
     flat = area < 1e-6 * longest_sides(rest, faces) ** 2
     if flat.any() or not area.min() > 1e-12:
         wrong = int(np.argmax(flat | (area <= 1e-12)))
-        raise ValueError(
-            f"faces must have an area above 0, given triangle {wrong} {faces[wrong].tolist()} without area"
-        )
+        raise ValueError(f"faces must have an area above 0, but triangle {wrong} {faces[wrong].tolist()} has none")
     loose = np.setdiff1d(np.arange(count), faces)
     if len(loose):
-        raise ValueError(f"vertices must each belong to a triangle, given vertex {loose[0]} without a triangle")
+        raise ValueError(f"vertices must each belong to a triangle, but vertex {loose[0]} belongs to none")
     topology = Topology(faces)
     if topology.faces_per_edge.max() > 2:
         crowded = int(np.argmax(topology.faces_per_edge))

@@ -257,6 +257,6 @@ class Grippers:
                 other = holder.setdefault(vertex, index)
                 if other != index:
                     raise InputError(
-                        f"hands[{index if index in led else other}].vertices: must be held by one gripper only, given "
-                        f"vertex {vertex}, which grippers {other} and {index} hold"
+                        f"hands[{index if index in led else other}].vertices: must be held by one gripper only, but "
+                        f"grippers {other} and {index} both hold vertex {vertex}"
                     )

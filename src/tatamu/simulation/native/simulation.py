@@ -313,13 +313,13 @@ class Simulation:
             if not stretches[worst] <= limits.largest_stretch:
                 raise SceneError(
                     f"cloth.vertices: must not stretch a triangle to more than {limits.largest_stretch:g} times "
-                    f"rest_vertices, given {stretches[worst]:.3g} times in triangle {worst}"
+                    f"its size in rest_vertices, given {stretches[worst]:.3g} times in triangle {worst}"
                 )
         index, speed, when = self._grippers.fastest(self.number + 1, self._step_at(recent))
         if speed > limits.fastest_hand:
             raise SceneError(
                 f"grippers.{index}: must not move faster than {limits.fastest_hand:g} m/s, given {speed:.3g} m/s at t "
-                f"= {when:.3f} s; robots' arms move at up to 2 m/s"
+                f"= {when:.3f} s; robot arms move at up to 2 m/s"
             )
         if stretch > limits.largest_stretch:
             raise SimulationError(
@@ -341,7 +341,7 @@ class Simulation:
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene needs {work:.2g} vertex steps, which would take hours, and the limit is "
+                f"the scene needs {work:.2g} vertex steps, which would take hours; the limit is "
                 f"{limits.most_work:g}; give a coarser mesh or a shorter duration"
             )
 
