@@ -165,6 +165,7 @@ def _interrupt(path: Path, *_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
 
+@pytest.mark.usefixtures("made")  # compiled kernels have larger files
 def test_a_full_disk_is_one_line_and_the_run_is_resumed(tmp_path: Path) -> None:
     small = specification(episodes=1)
     for most in (10_000, 60_000):
