@@ -109,7 +109,7 @@ def test_another_trial_or_a_fixed_trajectory_that_succeeds_is_named(folder: Path
     changed(folder / "result.json", lambda value: value["trials"][5].update(mean_vertex_distance=0.004, mask_iou=0.9))
     changed(folder / "result.json", lambda value: value.update(baselines=baselines))
     advice = conclusion(folder).advice
-    assert "trial 5 succeeds (4.0 mm from the target), but the search chose a shorter path" in advice[0]
+    assert "trial 5 succeeds (4.0 mm from the target), but the search preferred a shorter path" in advice[0]
     assert "Circular arc" in advice[1]
 
 

@@ -262,7 +262,7 @@ def test_workers_and_schedulers_with_an_old_dask_are_refused(
     """A worker of 2024 dies of the first call, and a client cannot even connect to a scheduler of 2024."""
     from tatamu.cluster.connection import refuse_other_versions
 
-    said = r"runs Dask 2024\.4\.1, not .* as on this machine; install the same version"
+    said = r"runs Dask 2024\.4\.1, but this machine has .*; install the same version"
     old = {"packages": {"distributed": "2024.4.1"}}
     with monkeypatch.context() as patched:
         patched.setattr(executor._client, "get_versions", lambda: {"workers": {"tcp://a:1": old}})
@@ -272,7 +272,7 @@ def test_workers_and_schedulers_with_an_old_dask_are_refused(
     with connected(scheduler) as again:
         assert again.submit(nap, 0.0).result(LONGEST) == 0.0
     monkeypatch.setattr("tatamu.cluster.connection.OLDEST_DASK", (9999, 1))
-    with pytest.raises(InputError, match=r"the scheduler runs Dask .*, not .* as on this machine; install"):
+    with pytest.raises(InputError, match=r"the scheduler runs Dask .*, but this machine has .*; install"):
         with connected(scheduler):
             pass
 

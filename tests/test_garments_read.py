@@ -59,7 +59,7 @@ def test_a_line_around_the_sewn_line_is_a_seam_allowance_and_no_ring(kind: str, 
     made = garment(tmp_path, LINES[kind])
     assert made.size == pytest.approx((0.38, 0.45), abs=1e-4)
     assert cloth_area(made) == pytest.approx(SEWN, rel=2e-3)
-    assert any("cut along the inner outline as the seam" in note for note in made.notes)
+    assert any("the inner one is taken as the seam" in note for note in made.notes)
     assert not any(name.startswith("hole") for name in made.edges)
 
 

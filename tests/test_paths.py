@@ -179,7 +179,7 @@ def test_a_path_with_escapes_of_toml_is_quoted_and_the_line_says_how_to_write_it
     text = name.replace("\n", "\\n").replace("\r", "\\r")  # as a person writes it
     (tmp_path / "a.toml").write_text(f'[garment]\noutline = "{text}"\n')
     said = refusal(make_garment, str(tmp_path / "a.toml"))
-    assert r"write / for \ in paths, or put paths in single quotes" in said and said.count("a.toml") == 1
+    assert r"in paths, write / instead of \, or use single quotes" in said and said.count("a.toml") == 1
 
 
 def test_a_file_with_the_name_of_a_fields_beginning_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -203,4 +203,4 @@ def test_a_path_as_on_windows_is_read_or_the_line_says_how_to_write_it(quote: st
     if quote == "'":
         assert done.returncode == 0, done.stderr
     else:
-        assert done.returncode == 2 and r"write / for \ in paths, or put paths in single quotes" in done.stderr
+        assert done.returncode == 2 and r"in paths, write / instead of \, or use single quotes" in done.stderr

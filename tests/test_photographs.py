@@ -412,7 +412,9 @@ def test_a_camera_finds_places_again() -> None:
     camera = SHOT.camera()
     places = np.array([[0.1, 0.2], [0.8, -0.1]])
     assert camera.on_table(camera.project(np.column_stack([places, [0.01, 0.01]])), 0.01) == pytest.approx(places)
-    with pytest.raises(InputError, match="must show the cloth below the horizon of the table; tilt the camera down"):
+    with pytest.raises(
+        InputError, match="must be taken from higher, because the cloth reaches the horizon; tilt the camera down"
+    ):
         Shot(tilt=85.0).camera().on_table(np.array([[800.0, 0.0]]))
 
 

@@ -139,7 +139,7 @@ def beside(file: Path, name: str) -> Path:
         return found
     if set(name) & set("\a\b\t\n\v\f\r\x1b"):  # "C:\temp" in TOML has a tab
         raise InputError(
-            f"{file}: {name!r} must be an existing file; write / for \\ in paths, or put paths in single quotes"
+            f"{file}: {name!r} must be an existing file; in paths, write / instead of \\, or use single quotes"
         )
     return windows if os.path.exists(windows) else found
 
@@ -232,7 +232,7 @@ def read_toml(path: Path) -> Any:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         advice = (
-            "; write / for \\ in paths, or put paths in single quotes"
+            "; in paths, write / instead of \\, or use single quotes"
             if "Unescaped" in str(error) or "hex" in str(error)
             else ""
         )

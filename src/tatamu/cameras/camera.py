@@ -77,7 +77,9 @@ class Camera:
         )[:, 0]
         rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
         if not (rays[:, 2] < -1e-6).all():
-            raise InputError("photo: must show the cloth below the horizon of the table; tilt the camera down")
+            raise InputError(
+                "photo: must be taken from higher, because the cloth reaches the horizon; tilt the camera down"
+            )
         eye = self.eye
         down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
         return np.asarray(eye[:2] + down[:, None] * rays[:, :2])

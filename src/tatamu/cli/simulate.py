@@ -44,7 +44,7 @@ def install(
     Example: `tatamu install blender`
     """
     if what != "blender":
-        raise InputError(f"WHAT: must be blender, given {what!r}")
+        raise InputError(f"install: must be followed by blender, given {what!r}")
     from tatamu.simulation.blender.discovery import install as make
 
     print(f"blender: {make()}")

@@ -183,8 +183,7 @@ def _refuse_old_dask(address: str, process: str, found: Any) -> None:
     if tuple(map(int, re.findall("[0-9]+", text)[:2])) < OLDEST_DASK:
         here = version("distributed")
         raise InputError(
-            f"--scheduler: {address}: {process} runs Dask {text}, not {here} as on this machine; install the same "
-            "version"
+            f"--scheduler: {address}: {process} runs Dask {text}, but this machine has {here}; install the same version"
         )
 
 

@@ -77,7 +77,9 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
         UnavailableError: If a version differs. This happens if the worker joined after the check at the start.
     """
     if of_client != versions():
-        raise UnavailableError(f"the client has {difference(of_client)} as on a worker; install the same versions")
+        raise UnavailableError(
+            f"versions differ: this machine has {difference(of_client)} as a worker; install the same versions"
+        )
     begun = perf_counter()
     result = function(*args, **kwargs)
     return perf_counter() - begun, result

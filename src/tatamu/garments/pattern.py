@@ -154,7 +154,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     covered = shapely.covers(outer, inner)
     marks, kept = inner[small & ~covered], ~small | covered
     inner = inner[kept]
-    notes = [f"left out as marks across the outline: {counted(marks, 'closed curve')}"] if len(marks) else []
+    notes = [f"{counted(marks, 'small closed curve')} across the outline left out, as marks"] if len(marks) else []
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
         raise InputError("outline: must occur once in the drawing, given two copies")
     if not covered[kept].all():
@@ -162,8 +162,8 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"the drawing has two outlines at most {apart:.0f} mm apart, so the garment is cut along the inner outline "
-            "as the seam; write holes = true if the inner outline is a hole"
+            f"the drawing has two outlines, at most {apart:.0f} mm apart, of which the inner one is taken as the seam "
+            "and the end of the garment; write holes = true if it is a hole"
         )
         outer, inner = inner[0], inner[1:]
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)

@@ -139,13 +139,13 @@ def _about_search(result: ResultRecord) -> list[str]:
         lines.append(f"{len(failed)} of {len(trials)} trials failed; last error: {failed[-1].error}")
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
-        help_by = "learn with disturbances (the default), so that folds must succeed"
+        help_by = "learn with disturbances (the default), with which only folds that succeed can be the best"
         if result.disturbances is not None:
             help_by = "try a finer mesh (--spacing)"
         distance = 1e3 * other.score.mean_vertex_distance
         lines.append(
-            f"trial {other.number} succeeds ({distance:.1f} mm from the target), but the search chose a shorter path: "
-            f"{help_by}"
+            f"trial {other.number} succeeds ({distance:.1f} mm from the target), but the search preferred a shorter "
+            f"path; {help_by}"
         )
     lines += [
         f"the fixed trajectory {each.label!r} succeeds, {1e3 * each.score.mean_vertex_distance:.1f} mm from the target"

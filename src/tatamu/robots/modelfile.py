@@ -176,7 +176,7 @@ def _commanded_limits(path: Path, spec: Any) -> dict[str, str]:
         low, high = np.sort(given / drive.gear[0])
         soft = np.array([max(low, hard[0]), min(high, hard[1])])
         if soft[0] >= soft[1]:
-            ranges = f"given {hard[0]:g} to {hard[1]:g} and a drive from {low:g} to {high:g}"
+            ranges = f"given {hard[0]:g} to {hard[1]:g} for the joint and a drive from {low:g} to {high:g}"
             raise InputError(
                 f"{path}: joint {joint.name}: the ranges of the joint and its drives must overlap, {ranges}"
             )

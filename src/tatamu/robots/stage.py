@@ -124,7 +124,9 @@ def load_stage(folder: Path) -> Any:
     try:
         return read_stage(path)
     except ValueError as error:
-        raise InputError(f"{path}: cannot be rehearsed ({one_line(error)})") from None
+        raise InputError(
+            f"{path}: is not a model that MuJoCo can read ({one_line(error)}); run `tatamu plan` again"
+        ) from None
 
 
 def data_of(model: Any) -> Any:
@@ -152,7 +154,8 @@ class Poser:
         try:
             columns = [int(model.joint(name).qposadr[0]) for name in (*planned.plan.joints, *fingers)]
         except KeyError as error:
-            raise InputError(f"{planned.folder / MODEL}: cannot be rehearsed ({one_line(error)})") from None
+            text = f"must have the joints of the plan ({one_line(error)}); run `tatamu plan` again"
+            raise InputError(f"{planned.folder / MODEL}: {text}") from None
         self.poses = len(angles)
         self.data = data_of(model)
         self._model, self._columns = model, columns

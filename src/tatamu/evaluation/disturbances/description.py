@@ -120,7 +120,7 @@ class Correlation(Record):
     def _check(self) -> Self:
         count = len(self.parameters)
         if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
-            raise ValueError(f"parameters must be disturbances or one of {', '.join(FIELDS)}, given {unknown[0]!r}")
+            raise ValueError(f"parameters must be names of disturbances, or {', '.join(FIELDS)}, given {unknown[0]!r}")
         if len(set(self.parameters)) < count:
             raise ValueError(f"parameters must not contain the same name twice, given {', '.join(self.parameters)}")
         if [len(row) for row in self.matrix] != [count] * count:

@@ -139,7 +139,7 @@ class Arms:
         start = self.robot.configuration([arm.initial for arm in self.robot.arms])
         q, missed = follow(self.robot, self.chains, np.stack(tools), trunk, start)
         if missed is not None:
-            raise OutOfReachError(f"{missed.arm} does not reach step {missed.point}: {missed.reason}")
+            raise OutOfReachError(f"{missed.arm} does not reach point {missed.point} of its path: {missed.reason}")
         return q
 
     def _check_clearance(self, q: np.ndarray) -> None:

@@ -156,7 +156,7 @@ def _prepare(recorder: Recorder, fold: int) -> _Prepared:
             reason = str(error)
     assert recorder.stand is not None
     raise InputError(
-        f"robot: must be able to do a drawn fold, but {recorder.stand.robot} can do none of {attempts}; the last one "
+        f"robot: {recorder.stand.robot} can do none of {attempts} random folds of this dataset; the last one "
         f"fails because {reason}"
     )
 

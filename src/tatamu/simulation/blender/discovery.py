@@ -100,8 +100,8 @@ def _base_python() -> str:
     found = shutil.which(f"python{PYTHON}")
     if found is None:
         raise InputError(
-            f"install blender: bpy {VERSION} needs Python {PYTHON}, which is not on the search path; install that "
-            "version of Python, or Blender itself (3.4 or later)"
+            f"install blender: needs Python {PYTHON}, but no python{PYTHON} is on the search path; install this "
+            "version of Python, or install the program Blender (3.4 or later) yourself"
         )
     return found
 
