@@ -79,7 +79,7 @@ def test_a_database_that_is_not_there_is_said_in_one_line(monkeypatch: pytest.Mo
 
 def test_a_database_that_refuses_is_said_at_once(server: postgres.Server, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PGPASSWORD", SECRET)
-    with pytest.raises(InputError, match=r"refuses .*password authentication failed") as refused:
+    with pytest.raises(InputError, match=r"refused .*password authentication failed") as refused:
         with shared_database(server.address):
             pass
     assert SECRET not in str(refused.value) and "\n" not in str(refused.value)

@@ -342,7 +342,7 @@ def test_a_folder_that_is_no_plan_is_named(fold: Path) -> None:
 def test_a_plan_without_a_scene_says_that_no_cloth_is_folded(plan_folder: Path, tmp_path: Path) -> None:
     shutil.copytree(plan_folder, tmp_path / "plan")
     done = tatamu("rehearse", str(tmp_path / "plan"), "--simulator=native", "--no-film")
-    assert done.returncode == 0 and "fold/scene.json does not exist" in done.stdout
+    assert done.returncode == 0 and "fold/scene.json is missing" in done.stdout
 
 
 def test_the_camera_is_as_near_as_shows_everything() -> None:
