@@ -31,10 +31,6 @@ from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import processors
 from tatamu.simulation.simulators import capabilities
 
-BEYOND = 0.1
-"""How far beyond the limits a fold may end in a scenario in which the reference fold succeeds, as a fraction of them:
-errors of a camera put both beside the target, by nearly the same distance."""
-
 
 def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[Scenario]:
     """Return the scenarios of an orthogonal array, with every disturbance at plus or minus `level` deviations.
@@ -100,7 +96,7 @@ class Scenarios(Evaluator):
         tried, failures = 0, []
         for index, outcome in zip(indices, self._outcomes(ask, indices), strict=False):
             tried += 1
-            if not self._succeeds(outcome, 0.0 if np.isinf(ask.beat) else BEYOND):
+            if not self._succeeds(outcome):
                 failures.append(index)
                 if ask.beat < np.inf:
                     break
@@ -115,8 +111,8 @@ class Scenarios(Evaluator):
         limit = ALPHA * len(self.task.fold.start) * self.limits.mean_vertex_distance
         return replace(found, objective=base + limit * (1.0 + failed_share))
 
-    def _succeeds(self, found: Evaluation, beyond: float = 0.0) -> bool:
-        return found.score is not None and self.limits.slack(found.score) >= -beyond
+    def _succeeds(self, found: Evaluation) -> bool:
+        return found.score is not None and self.limits.hold(found.score)
 
     def _outcomes(self, ask: Ask, indices: Sequence[int]) -> Iterator[Evaluation]:
         """Yield the outcomes in the scenarios in order.
