@@ -244,7 +244,10 @@ def test_plans_are_listed_drawn_and_written(tmp_path: Path) -> None:
         (["plans", "HOODIE", "--fold", "swan"], "fold: must be one of half, in-half"),
         (["plans", "towel", "--fold", "none.toml"], "none.toml: cannot be read"),
         (["plans", "towel", "--out", "plans.pdf"], "out: must be an .html, .png or .toml file or a folder"),
-        (["plans", "towel", "--fold", "half", "--fold", "quarters", "--out", "a.toml"], "a folder for 2 plans"),
+        (
+            ["plans", "towel", "--fold", "half", "--fold", "quarters", "--out", "a.toml"],
+            "only one plan, given a.toml for 2 plans; give an .html file, a .png file or a folder",
+        ),
         (["plans", "towel", "--size", "0.06x0.06"], "because two hands must be at least 0.06 m apart; give --hands 1"),
         (["plans", "towel", "--out", "/proc/nowhere/plans.html"], "cannot be written"),
     ],

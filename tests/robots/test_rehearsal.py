@@ -283,7 +283,7 @@ def broken(plan_folder: Path, tmp_path: Path) -> Path:
         ("plan.json", "{}", "version"),
         ("plan.json", "[", "JSON"),
         ("joint_trajectory.csv", "time,a\n0,0\n", "header"),
-        ("robot.xml", "<mujoco>", "robot.xml: .*XML"),
+        ("robot.xml", "<mujoco>", "robot.xml: cannot be read as URDF or MJCF .*no element found"),
         ("robot.xml", ("larm_tool", "larm_t"), "robot.xml: .*larm_tool"),
         ("plan.json", ('"WAIST"', '"HIP"'), "robot.xml: .*HIP"),
     ],
