@@ -40,6 +40,8 @@ MAX_TOML = 2 * MIB
 """Maximum size of TOML files, which are written by people."""
 MAX_NPZ = 1024 * MIB
 """Maximum memory of all arrays in a file: ten times that of a motion of the default towel over ten minutes."""
+BACKSLASHES = "; in paths, write / instead of \\, or use single quotes"
+"""Advice on a path in a TOML file, where a backslash begins an escape sequence."""
 
 
 def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None:
@@ -51,7 +53,10 @@ def check_targets(targets: Sequence[Path], sources: Sequence[Path] = ()) -> None
 
 
 def _check_name(path: Path) -> None:
-    """Refuse the name of a folder, and that of a pipe or a device, which a new file would replace."""
+    """Refuse the name of a folder, and that of a pipe or a device, which a new file would replace.
+
+    Names in /dev may lead to regular files, such as /dev/stdout, but are not files themselves.
+    """
     # unlike methods of Path, no error for an impossible name; writing reports it
     other = os.path.exists(path) and not os.path.isfile(path)
     if other or not path.name or os.path.realpath(path.parent) == "/dev":
@@ -138,9 +143,7 @@ def beside(file: Path, name: str) -> Path:
     if os.path.exists(found):
         return found
     if set(name) & set("\a\b\t\n\v\f\r\x1b"):  # "C:\temp" in TOML has a tab
-        raise InputError(
-            f"{file}: {name!r} must be an existing file; in paths, write / instead of \\, or use single quotes"
-        )
+        raise InputError(f"{file}: {name!r} must be an existing file{BACKSLASHES}")
     return windows if os.path.exists(windows) else found
 
 
@@ -231,11 +234,7 @@ def read_toml(path: Path) -> Any:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        advice = (
-            "; in paths, write / instead of \\, or use single quotes"
-            if "Unescaped" in str(error) or "hex" in str(error)
-            else ""
-        )
+        advice = BACKSLASHES if "Unescaped" in str(error) or "hex" in str(error) else ""
         raise InputError(f"{path}: is not valid TOML ({error}){advice}") from None
 
 

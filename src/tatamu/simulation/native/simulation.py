@@ -19,7 +19,7 @@ from tatamu.simulation.native.contact import broad_phase
 from tatamu.simulation.native.contact.untangle import untangle
 from tatamu.simulation.native.grippers import Grippers, HandTarget
 from tatamu.simulation.native.led_bodies import BodyTarget, LedBodies
-from tatamu.simulation.native.model import model_of, steps_per_frame
+from tatamu.simulation.native.model import model_of
 from tatamu.simulation.native.options import Options
 from tatamu.simulation.native.precompile import load
 from tatamu.simulation.native.snapshot import Rest, SimulationState, changing
@@ -50,8 +50,8 @@ class Simulation:
         self.scene = scene
         self.options = options or Options()
         self.model = model_of(scene.cloth, scene.material, self.options)
-        self.per_frame = steps_per_frame(scene.frame_rate, self.options.step.outer_step, scene.material.thickness)
         self.sizes = step_sizes(scene, self.model, self.options.step)
+        self.per_frame = round(1.0 / (scene.frame_rate * self.sizes.outer_step))
         self.steps = steps_of(scene, self.sizes)
         self.number = 0
         self._refuse()
