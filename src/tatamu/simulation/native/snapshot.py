@@ -70,5 +70,5 @@ def changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.
     yield from contact.motion
     edges = contact.edge_edge
     pairs = int(used["pairs"])
-    yield from (edges.pairs[:pairs], edges.wake[:pairs], edges.meets[:pairs], edges.guarded)
+    yield from (edges.pairs[:pairs], edges.wake[:pairs], edges.meets[:pairs], edges.apart[:pairs], edges.guarded)
     yield edges.awake[: int(used["pairs_awake"])]

@@ -62,6 +62,18 @@ def _between_edges(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
 
 
 @kernel
+def _approach(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> float:
+    """Return a bound on the square of the approach of edges (a, b) and (c, d) since the start of the step [m^2]."""
+    farthest = 0.0
+    for o in (a, b):
+        ox, oy, oz = x[o, 0] - start[o, 0], x[o, 1] - start[o, 1], x[o, 2] - start[o, 2]
+        for q in (c, d):
+            qx, qy, qz = x[q, 0] - start[q, 0], x[q, 1] - start[q, 1], x[q, 2] - start[q, 2]
+            farthest = max(farthest, (ox - qx) ** 2 + (oy - qy) ** 2 + (oz - qz) ** 2)
+    return farthest
+
+
+@kernel
 def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
     """Return whether the shortest vector between two edges has reversed since the start of the step."""
     px, py, pz = _between_edges(start, a, b, c, d)
@@ -96,6 +108,7 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
+    apart = contact.edge_edge.apart
     reach = contact.motion.reach
     restless = contact.activity.restless
     now = contact.counters.outer_step
@@ -110,6 +123,8 @@ def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: Contact
             continue
         if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
             continue  # hands hold both edges
+        if _approach(positions.x, positions.start, a, b, c, d) < apart[p] * apart[p]:
+            continue
         if _edges_passed(positions.x, positions.start, a, b, c, d):
             grew |= _join_four(zone, a, b, c, d)
     return grew
