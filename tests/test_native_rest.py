@@ -49,7 +49,9 @@ def test_cloth_that_was_let_go_rests_where_it_would_have_stayed() -> None:
         [],
     ],
 )
-def test_cloth_does_not_rest_while_a_hand_holds_it_to_the_end_or_moves_it_or_where_none_ever_did(grippers: list) -> None:
+def test_cloth_does_not_rest_while_a_hand_holds_it_to_the_end_or_moves_it_or_where_none_ever_did(
+    grippers: list,
+) -> None:
     simulation = Simulation(laid(grippers=grippers))
     simulation.advance(0.9)
     assert not simulation.state().rest.reached
