@@ -8,6 +8,7 @@ import pytest
 from tatamu.simulation.material import Material
 from tatamu.simulation.native.contact import impact_zones
 from tatamu.simulation.native.contact.projection import Positions
+from tatamu.simulation.native.geometry import closest_on_segments
 from tatamu.simulation.native.simulation import Simulation
 from tatamu.simulation.scene import Cloth, Scene
 
@@ -46,6 +47,7 @@ def across(height: float) -> Simulation:
     simulation = simulation_of(CROSSING, height)
     simulation.contact.edge_edge.pairs[0] = [3, 4, 0, 1]
     simulation.contact.edge_edge.wake[0] = 0.0
+    simulation.contact.edge_edge.apart[0] = height
     simulation.contact.counters.pairs = 1
     simulation.contact.activity.restless[0] = 10
     return simulation
@@ -143,3 +145,17 @@ def test_zones_that_run_into_one_another_become_one() -> None:
     assert impact_zones.hold(positions, simulation.mesh, simulation.contact, simulation.system.options) == 2
     moved = (x - start)[[0, 1, 2, 3, 4, 5, 8]]
     assert np.ptp(moved, axis=0) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_edges_that_approach_by_less_than_their_distance_have_not_passed() -> None:
+    rng = np.random.default_rng(0)
+    seen = set()
+    for _ in range(2000):
+        start = rng.normal(size=(4, 3))
+        x = start + 0.6 * rng.normal(size=(4, 3))
+        apart = closest_on_segments(start, 0, 1, 2, 3)[0]
+        near = impact_zones._approach(x, start, 0, 1, 2, 3) < apart**2
+        passed = impact_zones._edges_passed(x, start, 0, 1, 2, 3)
+        assert not (near and passed)
+        seen.add((bool(near), bool(passed)))
+    assert len(seen) == 3

@@ -21,12 +21,7 @@ def crossing_pairs(
     pairs stays the same.
     """
     wanted_faces, wanted_edges = wanted or (np.ones(len(faces), bool), np.ones(len(edges), bool))
-    points = np.ascontiguousarray(points, dtype=np.float64)
-    ends = points[edges]
-    low = ends.min(axis=1)
-    high = ends.max(axis=1)
-    cell = max(float((high - low).max()), 1e-9)
-    return _find(points, faces, edges, wanted_faces, wanted_edges, low, high, points.min(axis=0), cell)
+    return _find(np.ascontiguousarray(points, dtype=np.float64), faces, edges, wanted_faces, wanted_edges)
 
 
 def crossings(points: np.ndarray, faces: np.ndarray, edges: np.ndarray | None = None) -> int:
@@ -68,16 +63,27 @@ def _find(
     edges: np.ndarray,
     wanted_faces: np.ndarray,
     wanted_edges: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
-    origin: np.ndarray,
-    cell: float,
 ) -> np.ndarray:
     """Return the crossing pairs of an edge and a triangle, shape (k, 2).
 
-    Every edge is hashed by the cell with the lower corner of its bounding box (`low`, `high`), whose sides are at most
-    `cell`. A wanted triangle is tested against all edges of nearby cells, another one only against the wanted edges.
+    Every edge is hashed by the cell with the lower corner of its bounding box, whose sides are at most those of a cell.
+    A wanted triangle is tested against all edges of nearby cells, another one only against the wanted edges.
     """
+    low = np.empty((edges.shape[0], 3))
+    high = np.empty((edges.shape[0], 3))
+    cell = 1e-9
+    origin = np.full(3, np.inf)
+    nearest = np.full(3, np.inf)  # the box of all wanted edges
+    farthest = np.full(3, -np.inf)
+    for e in range(edges.shape[0]):
+        for d in range(3):
+            low[e, d] = min(points[edges[e, 0], d], points[edges[e, 1], d])
+            high[e, d] = max(points[edges[e, 0], d], points[edges[e, 1], d])
+            cell = max(cell, high[e, d] - low[e, d])
+            origin[d] = min(origin[d], low[e, d])
+            if wanted_edges[e]:
+                nearest[d] = min(nearest[d], low[e, d])
+                farthest[d] = max(farthest[d], high[e, d])
     size = 1
     while size < 2 * edges.shape[0]:
         size *= 2
@@ -104,6 +110,11 @@ def _find(
             most[d] = max(points[a, d], points[b, d], points[c, d])
             first[d] = int(np.floor((least[d] - cell - origin[d]) / cell))
             last[d] = int(np.floor((most[d] - origin[d]) / cell))
+        apart = False
+        for d in range(3):
+            apart = apart or least[d] > farthest[d] or most[d] < nearest[d]
+        if kind == 1 and apart:
+            continue
         for i in range(first[0], last[0] + 1):
             for j in range(first[1], last[1] + 1):
                 for k in range(first[2], last[2] + 1):

@@ -15,10 +15,10 @@ from tatamu.simulation.native.system import System
 
 @dataclass(frozen=True)
 class Rest:
-    """State of the test whether released cloth is at rest, by displacements: its kinetic energy only shows jitter."""
+    """State of the test whether cloth is at rest, by displacements: its kinetic energy only shows jitter."""
 
     look_at: int = -1
-    """Outer step of the next test; -1 while a hand holds or will hold the cloth, and when it is at rest."""
+    """Outer step of the next test; -1 while none is planned, and when the cloth is at rest."""
     before: np.ndarray | None = None
     """Positions at the previous test [m], shape (n, 3)."""
     reached: bool = False
@@ -70,5 +70,5 @@ def changing(system: System, counters: np.ndarray | None = None) -> Iterator[np.
     yield from contact.motion
     edges = contact.edge_edge
     pairs = int(used["pairs"])
-    yield from (edges.pairs[:pairs], edges.wake[:pairs], edges.meets[:pairs], edges.guarded)
+    yield from (edges.pairs[:pairs], edges.wake[:pairs], edges.meets[:pairs], edges.apart[:pairs], edges.guarded)
     yield edges.awake[: int(used["pairs_awake"])]

@@ -70,6 +70,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
+    apart = contact.edge_edge.apart
     path = contact.motion.path
     reach = contact.motion.reach
     count = contact.counters.pairs
@@ -84,6 +85,7 @@ def _choose(contact: ContactState, p: int, chosen: np.ndarray) -> tuple[int, int
                 n += 1
             else:
                 wake[p] = longest_path + meets[p] - of_edges(path, a, b, c, d)
+                apart[p] = 0.0
         p += 1
     return n, p
 
@@ -113,6 +115,7 @@ def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, 
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
+    apart = contact.edge_edge.apart
     awake = contact.edge_edge.awake
     path = contact.motion.path
     reach = contact.motion.reach
@@ -126,7 +129,9 @@ def _let_sleep(contact: ContactState, chosen: np.ndarray, distance: np.ndarray, 
             wake[p] = counters.longest_path + far
             meets[p] = of_edges(path, a, b, c, d) + far
             if meets[p] > of_edges(reach, a, b, c, d):
+                apart[p] = 0.0
                 continue
+        apart[p] = distance[i]
         awake[count] = p
         count += 1
     counters.pairs_awake = count

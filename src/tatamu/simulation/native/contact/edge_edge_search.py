@@ -118,6 +118,7 @@ def search(x: np.ndarray, mesh: ContactMesh, contact: ContactState, options: Con
                         pairs[count, 3] = d
                         wake[count] = 0.0
                         meets[count] = 0.0
+                        edge_edge.apart[count] = 0.0
                         count += 1
     contact.counters.pairs = count
     contact.counters.newly_pressed = False

@@ -62,6 +62,18 @@ def _between_edges(x: np.ndarray, a: int, b: int, c: int, d: int) -> Vector:
 
 
 @kernel
+def _approach(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> float:
+    """Return a bound on the square of the approach of edges (a, b) and (c, d) since the start of the step [m^2]."""
+    farthest = 0.0
+    for o in (a, b):
+        ox, oy, oz = x[o, 0] - start[o, 0], x[o, 1] - start[o, 1], x[o, 2] - start[o, 2]
+        for q in (c, d):
+            qx, qy, qz = x[q, 0] - start[q, 0], x[q, 1] - start[q, 1], x[q, 2] - start[q, 2]
+            farthest = max(farthest, (ox - qx) ** 2 + (oy - qy) ** 2 + (oz - qz) ** 2)
+    return farthest
+
+
+@kernel
 def _edges_passed(x: np.ndarray, start: np.ndarray, a: int, b: int, c: int, d: int) -> bool:
     """Return whether the shortest vector between two edges has reversed since the start of the step."""
     px, py, pz = _between_edges(start, a, b, c, d)
@@ -89,27 +101,44 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
 
 
 @kernel
-def _join_passed_edges(positions: Positions, mesh: ContactMesh, contact: ContactState, zone: np.ndarray) -> bool:
-    """Put edges that have passed through each other into one zone, and return whether any zone grew."""
-    grew = False
+def _list_near(mesh: ContactMesh, contact: ContactState, near: np.ndarray) -> int:
+    """List the pairs of edges that may have passed through each other, and return their count."""
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
     reach = contact.motion.reach
-    restless = contact.activity.restless
-    now = contact.counters.outer_step
     travelled = contact.counters.travelled
+    count = 0
     for p in range(contact.counters.pairs):
         if wake[p] > travelled:
             continue
         a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-        if restless[a] < now and restless[b] < now and restless[c] < now and restless[d] < now:
-            continue
         if meets[p] > of_edges(reach, a, b, c, d):
             continue
-        if min(inverse_mass[a], inverse_mass[b]) == 0.0 and min(inverse_mass[c], inverse_mass[d]) == 0.0:
-            continue  # hands hold both edges
+        if min(inverse_mass[a], inverse_mass[b]) > 0.0 or min(inverse_mass[c], inverse_mass[d]) > 0.0:
+            near[count] = p  # otherwise hands hold both edges
+            count += 1
+    return count
+
+
+@kernel
+def _join_passed_edges(
+    positions: Positions, contact: ContactState, near: np.ndarray, count: int, zone: np.ndarray
+) -> bool:
+    """Put edges that have passed through each other into one zone, and return whether any zone grew."""
+    grew = False
+    pairs = contact.edge_edge.pairs
+    apart = contact.edge_edge.apart
+    restless = contact.activity.restless
+    now = contact.counters.outer_step
+    for i in range(count):
+        p = near[i]
+        a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        if restless[a] < now and restless[b] < now and restless[c] < now and restless[d] < now:
+            continue
+        if _approach(positions.x, positions.start, a, b, c, d) < apart[p] * apart[p]:
+            continue
         if _edges_passed(positions.x, positions.start, a, b, c, d):
             grew |= _join_four(zone, a, b, c, d)
     return grew
@@ -184,10 +213,12 @@ def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options
     Only restless vertices are tested: those that contact has recently pushed hard, and those of zones.
     """
     zone = np.full(positions.x.shape[0], -1)
+    near = np.empty(contact.counters.pairs, np.int64)
+    count = _list_near(mesh, contact, near)
     restless = contact.activity.restless
     restless_until = contact.counters.outer_step + options.restless_steps
     for passes in range(options.zone_passes):
-        grew = _join_passed_edges(positions, mesh, contact, zone)
+        grew = _join_passed_edges(positions, contact, near, count, zone)
         grew |= _join_passed_vertices(positions.x, mesh, contact, zone, options.barycentric_tolerance)
         if not grew:
             return passes

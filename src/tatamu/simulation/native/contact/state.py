@@ -78,6 +78,8 @@ class EdgeEdge(NamedTuple):
     """Value of `counters.travelled` at which a pair is tested again [m], shape (p,)."""
     meets: np.ndarray
     """Sum over both edges of the longer path of an end at which a pair is tested again [m], shape (p,)."""
+    apart: np.ndarray
+    """Distance at the start of the round [m], shape (p,); 0 for pairs that sleep."""
     awake: np.ndarray
     """Pairs that the first sweep of the round left awake; `counters.pairs_awake` are in use."""
     guarded: np.ndarray
@@ -159,6 +161,7 @@ def initial_state(mesh: ContactMesh, pairs_per_edge: int) -> ContactState:
             pairs=np.empty((room, 4), dtype=np.int64),
             wake=np.empty(room),
             meets=np.empty(room),
+            apart=np.empty(room),
             awake=np.empty(room, dtype=np.int64),
             guarded=np.zeros(len(mesh.edges), dtype=np.bool_),
         ),
