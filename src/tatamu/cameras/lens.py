@@ -120,7 +120,7 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
         InputError: If there are too few photos, or they are too similar.
     """
     if len(seen) < 4:
-        raise InputError(f"photos: must be at least 4, given {len(seen)}; take them from different sides and angles")
+        raise InputError(f"photos: must be at least 4, given {len(seen)}; add photos from different sides and angles")
     cv2 = opencv()
     objects = [np.column_stack([places, np.zeros(len(places))]).astype(np.float32) for places, _ in seen]
     pixels = [found.astype(np.float32) for _, found in seen]

@@ -22,8 +22,8 @@ def outline(
     sheet: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y X,Y WxH'",
-        help="Sheet of paper on the table, from which the scale and the perspective are found: its corners, clockwise "
-        "from the top left, and its size in metres.",
+        help="Find scale and perspective from a sheet of paper on the table: its corners, clockwise from the top left, "
+        "and its size in metres.",
     ),
     garment: str | None = typer.Option(
         None,
