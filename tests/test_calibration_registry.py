@@ -40,7 +40,7 @@ MEASURED: dict[str, dict[str, Any]] = {
 
 IMPOSSIBLE: list[tuple[str, dict[str, Any], str]] = [
     ("friction", {"L_t": 0.6, "H_s": 100000000000000000000}, "at most 10"),
-    ("sag", {"free_length": 34, "sag": 0.02}, "write 0.034; if in centimetres, write 0.34"),
+    ("sag", {"free_length": 34, "sag": 0.02}, "write 0.034; if the reading is in centimetres, write 0.34"),
     ("loop", {"height": 2.5}, "that the height is in metres"),
     ("plate", {"drape_coefficient": 47.0}, "write 0.47"),
     ("plate", {"drape_coefficient": 10**400}, "must be between 0 and 1, given 1000"),
@@ -48,13 +48,17 @@ IMPOSSIBLE: list[tuple[str, dict[str, Any], str]] = [
     ("plate", {"nodes": [-1]}, "greater than or equal to 0"),
     ("crease", {"angle": 200.0}, "must be at most 180 degrees"),
     ("crease", {"angle": -3.0}, "at least 0"),
-    ("crease", {"gap": 0.005}, "gap must be at most 0.1 m and at least 3 times the thickness of a board"),
+    (
+        "crease",
+        {"gap": 0.005},
+        "gap must be from .* to 0.1 m, given 0.005 m; the minimum is 3 times the thickness of a board",
+    ),
     ("swing", {"ten_swings": 1.2}, "3 to 40 s"),
     ("fading", {"to": 0.09}, "at most 0.8 times `aside`"),
     ("fading", {"count": [3, 101]}, "must be at most 100 swings, given 101"),
-    ("bias", {"L1": 0.49, "L2": 0.5}, "must be longer than L2"),
+    ("bias", {"L1": 0.49, "L2": 0.5}, "must be between 1 and 1.5 times L2"),
     ("bias", {"width": 0.4}, "must be 0.02 to 0.34 times L2 .*; cut a narrower strip"),
-    ("push", {"moved": 0.06}, "at most pushed"),
+    ("push", {"moved": 0.06}, "at most `pushed`"),
     ("push", {"length": 0.1, "moved": 0.0}, "at most 0.3"),
     ("push", {"pushed": 0.0, "moved": 0.0}, "above 0"),
     ("push", {"moved": []}, "at least one reading"),
@@ -81,7 +85,7 @@ def test_impossible_readings_are_refused(name: str, fields: dict[str, Any], said
     ("left_out", "said"),
     [
         ({"elongation"}, r"push: .*\[elongation\] and \[friction\]"),
-        ({"swing"}, r"fading: must be given with \[swing\]"),
+        ({"swing"}, r"fading: must be given together with \[swing\]"),
         (MEASURED.keys() - {"fading"}, "given none"),
     ],
 )

@@ -141,7 +141,9 @@ def test_a_scheduler_with_certificates_is_reached_with_them_alone(tmp_path: Path
         with connected("tls://127.0.0.1:9"):
             pass
     with dask.config.set({name: "/nowhere" for name in CERTIFICATES}):
-        with pytest.raises(InputError, match=r"ca-file in Dask's configuration must be a file, given /nowhere"):
+        with pytest.raises(
+            InputError, match=r"ca-file in the Dask configuration must name an existing file, given /nowhere"
+        ):
             with connected("tls://127.0.0.1:9"):
                 pass
     cert = str(certificate(tmp_path))

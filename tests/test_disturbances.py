@@ -72,12 +72,15 @@ def low(task: Task) -> Manipulation:
         (BOTH + MATRIX + "[[1.0, 0.5], [0.4, 1.0]]", "symmetric"),
         (BOTH + MATRIX + "[[2.0, 0.5], [0.5, 1.0]]", "correlation.matrix"),
         (BOTH + MATRIX + "[[1.0, 0.5]]", "matrix must have 2 rows"),
-        (MATRIX + "[[1.0, 0.5], [0.5, 1.0]]", "correlation.parameters contains bending_rigidity; add the deviation of"),
+        (
+            MATRIX + "[[1.0, 0.5], [0.5, 1.0]]",
+            "correlation.parameters contains bending_rigidity, but [material] does not; add",
+        ),
         (
             "[material]\nbending_rigidity = 0.1\nfriction_table = 0.1\nareal_density = 0.1\n[correlation]\n"
             "parameters = ['bending_rigidity', 'friction_table', 'areal_density']\n"
             "matrix = [[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]]",
-            "negative eigenvalue",
+            "eigenvalues of at least 0",
         ),
     ],
 )

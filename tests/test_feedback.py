@@ -175,7 +175,7 @@ def test_a_failed_fold_and_a_turned_in_corner_can_be_given(learned: Result) -> N
     assert len(failed.folds) == 1 and failed.posterior.used == 0 and failed.correction.is_none
     turned = tt.observe(replace(learned, folder=None), right=(0.010, 0.0), turned_in=["left"])
     assert [number.name for number in turned.folds[0].measured.measured] == ["right_along", "right_across"]
-    with pytest.raises(InputError, match="must not contain the left corner"):
+    with pytest.raises(InputError, match="must not contain left, because"):
         ruler({"left": (0.0, 0.0)}, 0.5, turned_in=["left"])
 
 
@@ -298,10 +298,10 @@ def test_means_move_scenarios_and_nothing_else() -> None:
     [
         ("left = [1.0]", "left"),
         ("left = [1.0, 'a']", "left.1"),
-        ("left = [5000.0, 0.0]", "left: must be two numbers, along and across the fold, from -500 to 500 mm"),
-        ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain the left corner"),
+        ("left = [5000.0, 0.0]", "left: must be two numbers from -500 to 500 mm"),
+        ("left = [1.0, 2.0]\nturned_in = ['left']", "must not contain left, because"),
         ("middle = [1.0, 2.0]", "middle"),
-        ("failed = false", "must contain at least one number, unless the fold failed"),
+        ("failed = false", "at least one measured number is needed, unless the fold failed"),
         ("left = [1.0, 2.0]\ndeviation = 0.0", "deviation"),
         ("failed = 1", "failed"),
     ],
@@ -384,14 +384,14 @@ def test_correct_says_that_nothing_is_written(learned: Result) -> None:
     [
         (
             {"left": (12, -3)},
-            r"left: must be two numbers, along and across the fold, from -0\.5 to 0\.5 m \(the size of the cloth\), "
-            "given 12, -3",
+            r"left: must be two numbers from -0\.5 to 0\.5 m \(the size of the cloth\), given 12, -3; the first is "
+            "along the fold, the second across it",
         ),
         ({"right": (0.6, 0.0)}, "right: must be .* given 0.6, 0.0"),
         ({"slip": (0.01,)}, "slip: must be two numbers"),
-        ({"slip": 0.01}, "slip: must be two numbers, .* from .*, given 0.01"),
+        ({"slip": 0.01}, "slip: must be two numbers from .*, given 0.01"),
         ({"left": (0.01, float("nan"))}, "left: must be two numbers"),
-        ({"left": (0.01, 0.0), "deviation": 0.0}, "deviation: must be above 0 m, given 0.0"),
+        ({"left": (0.01, 0.0), "deviation": 0.0}, "deviation: must be above 0 and at most 2 m, given 0.0"),
     ],
 )
 def test_python_names_argument_and_unit(learned: Result, given: dict[str, Any], message: str) -> None:
@@ -431,8 +431,8 @@ def test_a_photograph_gives_the_numbers_of_a_ruler(learned: Result, tmp_path: Pa
     ("words", "message"),
     [
         (["--left", "12;3"], "--left: must be two numbers in millimetres, such as 12,-3, given '12;3'"),
-        (["--left", "1200,0"], "--left: must be two numbers, along and across the fold, from -500 to 500 mm"),
-        (["--left", "12,0", "--deviation", "-1"], "--deviation: must be above 0 mm, given -1.0"),
+        (["--left", "1200,0"], "--left: must be two numbers from -500 to 500 mm"),
+        (["--left", "12,0", "--deviation", "-1"], "--deviation: must be above 0 and at most 2000 mm, given -1.0"),
         (["--turned-in", "top"], "--turned-in: must be left, right or both, given 'top'"),
         (["--board", "b.toml"], "--photo: must be given, because --board"),
         (["--photo", "a.jpg", "--left", "1,2"], "--photo: must be given without other numbers"),

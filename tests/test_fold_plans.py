@@ -248,7 +248,7 @@ def test_plans_are_listed_drawn_and_written(tmp_path: Path) -> None:
             ["plans", "towel", "--fold", "half", "--fold", "quarters", "--out", "a.toml"],
             "only one plan, given a.toml for 2 plans; give an .html file, a .png file or a folder",
         ),
-        (["plans", "towel", "--size", "0.06x0.06"], "because two hands must be at least 0.06 m apart; give --hands 1"),
+        (["plans", "towel", "--size", "0.06x0.06"], "because they must be at least 0.06 m apart; give --hands 1"),
         (["plans", "towel", "--out", "/proc/nowhere/plans.html"], "cannot be written"),
     ],
 )
@@ -266,7 +266,7 @@ def test_a_step_whose_hands_do_not_fit_is_named_with_its_file_and_the_remedy(han
     assert done.returncode == (0 if hands == 1 else 2), done.stderr
     if hands == 2:
         assert (
-            "p.toml: p: step 2 (again): hands: must be 1 to grasp bottom, because two hands must be at least "
+            "p.toml: p: step 2 (again): hands: two hands cannot grasp bottom, because they must be at least "
             "0.06 m apart; give --hands 1" in done.stderr
         )
 

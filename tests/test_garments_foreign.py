@@ -116,7 +116,7 @@ def test_a_hole_stays_open(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('[garment]\nname = "x"\n', "must name one file, with either outline or mesh"),
+        ('[garment]\nname = "x"\n', "must have either outline or mesh, given neither"),
         ('[garment]\noutline = "shirt.svg"\nfabric = "silk"\n', "fabric must be one of"),
         ('[garment]\noutline = "shirt.svg"\nlayer = 2\n', "layer"),
         ('[garment]\noutline = "shirt.svg"\nopenings = ["collar"]\n', "given 'collar'"),

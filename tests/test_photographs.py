@@ -242,7 +242,7 @@ def test_cloth_half_of_the_tables_colour_is_refused_if_its_size_is_known(tmp_pat
     pixels = np.array(Image.open(folder / "towel.png"))
     half = PLACE.place(np.array([[0.07, -0.12], [0.17, -0.12], [0.17, 0.12], [0.07, 0.12]]))
     Image.fromarray(without(pixels, half)).save(tmp_path / "half.png")
-    said = r"size of the cloth \(0\.200 x 0\.300 m\), given .* or lay the cloth flat on a table of another colour"
+    said = r"must measure 0\.200 x 0\.300 m, but measures .* or use a table of another colour"
     with pytest.raises(InputError, match=said):
         tt.locate(tmp_path / "half.png", folder / "board.toml", size=SMALL)
 
@@ -283,7 +283,7 @@ def test_photographs_of_any_kind_are_read(tmp_path: Path, folder: Path, located:
             "--corner: must not name the same corner twice, given a twice",
         ),
         (["--board", "B", "--out", "x.png"], "--out: must be a .json file"),
-        (["--board", "B", "--garment", "tshirt"], "must lie like a flat tshirt"),
+        (["--board", "B", "--garment", "tshirt"], "must look like a flat tshirt"),
         (["--board", "B", "--picture", "x.svg"], "picture: must be a .png or .jpg"),
         (["--board", "B", "--garment", "sock"], "sock"),
         (["--board", "PHOTO"], "must be a UTF-8 text file"),
@@ -413,7 +413,7 @@ def test_a_camera_finds_places_again() -> None:
     places = np.array([[0.1, 0.2], [0.8, -0.1]])
     assert camera.on_table(camera.project(np.column_stack([places, [0.01, 0.01]])), 0.01) == pytest.approx(places)
     with pytest.raises(
-        InputError, match="must be taken from higher, because the cloth reaches the horizon; tilt the camera down"
+        InputError, match="must be taken from higher up, because the cloth reaches the horizon; tilt the camera down"
     ):
         Shot(tilt=85.0).camera().on_table(np.array([[800.0, 0.0]]))
 

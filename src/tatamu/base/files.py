@@ -183,7 +183,7 @@ def read_text(path: Path, largest: int = MAX_TEXT) -> str:
     try:
         return read_bytes(path, largest).decode("utf-8-sig")  # some editors put a byte order mark at the start
     except UnicodeDecodeError:
-        raise InputError(f"{path}: must be a UTF-8 text file, given another encoding or kind of file") from None
+        raise InputError(f"{path}: must be a UTF-8 text file, given a binary file or another encoding") from None
 
 
 @contextmanager

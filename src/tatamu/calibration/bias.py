@@ -49,9 +49,7 @@ class BiasReadings(TestEntry):
         hung = float(np.mean(self.L1))
         lying = float(np.mean(self.L2))
         if not lying < hung < 1.5 * lying:
-            raise ValueError(
-                f"L1 ({hung:g} m, hanging) must be longer than L2 ({lying:g} m, lying), and less than 1.5 times as long"
-            )
+            raise ValueError(f"L1 ({hung:g} m, hanging) must be between 1 and 1.5 times L2 ({lying:g} m, lying)")
         if not 0.02 <= self.width / lying <= 0.34:
             change = "narrower" if self.width > 0.34 * lying else "wider"
             raise ValueError(

@@ -50,8 +50,8 @@ class CreaseReadings(TestEntry):
         least = 2.0 * MIN_GAP * self.board
         if not least <= self.gap <= 0.1:
             raise ValueError(
-                f"gap must be at most 0.1 m and at least {2.0 * MIN_GAP:g} times the thickness of a board ({least:g} "
-                f"m), given {self.gap:g} m"
+                f"gap must be from {least:g} to 0.1 m, given {self.gap:g} m; the minimum is {2.0 * MIN_GAP:g} times "
+                "the thickness of a board"
             )
         return self
 

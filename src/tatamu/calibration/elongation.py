@@ -64,8 +64,8 @@ class ElongationReadings(TestEntry):
             )
         if hanging > 1.5 * lying:
             raise ValueError(
-                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); check that both readings are in "
-                "metres and end at the same point of the cloth"
+                f"L1 ({hanging:g} m) must be at most 1.5 times L2 ({lying:g} m); check that both are in metres "
+                "and measured to the same point of the cloth"
             )
         return self
 

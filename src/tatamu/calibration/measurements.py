@@ -83,7 +83,9 @@ class Measurements(Record):
             test = TESTS[name]
             if not set(test.needs) <= set(made):
                 needed = " and ".join(f"[{other}]" for other in test.needs)
-                raise ValueError(f"{name}: must be given with {needed}, because {texts(name)['needs_because']}")
+                raise ValueError(
+                    f"{name}: must be given together with {needed}, because {texts(name)['needs_because']}"
+                )
         return self
 
     def entries(self) -> dict[str, TestEntry]:

@@ -54,13 +54,13 @@ class PushReadings(TestEntry):
         for moved in self.moved:
             if moved > pushed:
                 raise ValueError(
-                    f"moved ({moved:g} m) must be at most pushed ({pushed:g} m), because the far edge cannot move "
+                    f"`moved` ({moved:g} m) must be at most `pushed` ({pushed:g} m), because the far edge cannot move "
                     "farther than the ruler; check that nothing pulled the cloth"
                 )
         if pushed > 0.3 * length:
             raise ValueError(
-                f"pushed ({pushed:g} m) must be at most 0.3 times length ({length:g} m), because cloth buckles when "
-                "pushed farther"
+                f"`pushed` ({pushed:g} m) must be at most 0.3 times `length` ({length:g} m), because cloth buckles "
+                "when pushed farther"
             )
         return self
 

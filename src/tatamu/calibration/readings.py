@@ -31,7 +31,7 @@ def _readings(value: Any, largest: float, unit: str, smaller: str = "", nothing:
             raise ValueError(
                 f"must be at most {largest:g} {unit}, given {each:g}"
                 + (f"; if the reading is in {smaller}, write {each / 1000:g}" if smaller else "")
-                + (f"; if in centimetres, write {each / 100:g}" if unit == "metres" else "")
+                + (f"; if the reading is in centimetres, write {each / 100:g}" if unit == "metres" else "")
             )
     return tuple(float(each) for each in given)
 

@@ -79,7 +79,7 @@ class SwungTest(LaterTest):
     def __post_init__(self) -> None:
         if self.aside > 0.7 * self.hung.length:
             hangs = f"the length of the cloth below the held edge ({self.hung.length:.2f} m)"
-            raise InputError(f"{self.name}: aside must be at most 0.7 times {hangs}, given {self.aside:g} m")
+            raise InputError(f"{self.name}: `aside` ({self.aside:g} m) must be at most 0.7 times {hangs}")
 
     @classmethod
     def blanks(cls, garment: Garment) -> dict[str, str]:

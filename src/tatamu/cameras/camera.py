@@ -78,7 +78,7 @@ class Camera:
         rays = np.column_stack([straight, np.ones(len(straight))]) @ self.rotation
         if not (rays[:, 2] < -1e-6).all():
             raise InputError(
-                "photo: must be taken from higher, because the cloth reaches the horizon; tilt the camera down"
+                "photo: must be taken from higher up, because the cloth reaches the horizon; tilt the camera down"
             )
         eye = self.eye
         down = (np.broadcast_to(height, len(rays)) - eye[2]) / rays[:, 2]
@@ -206,7 +206,7 @@ def _start(pages: Sequence[Seen], size: tuple[int, int], lens: Lens | None, opti
 
 
 def _not_flat(why: str, lens: Lens | None) -> InputError:
-    wrong_lens = " and leave --lens out, because the file may be for another lens" if lens is not None else ""
+    wrong_lens = " and leave --lens out, because this lens file may be for another lens" if lens is not None else ""
     return InputError(f"board: must be flat, but {why}; lay the board flat{wrong_lens}")
 
 

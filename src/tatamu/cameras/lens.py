@@ -107,7 +107,7 @@ def scaled(lens: Lens, size: tuple[int, int]) -> Lens:
     if abs(size[1] / lens.height - factor) > 0.01 * factor:
         raise InputError(
             f"lens: must have the aspect ratio of the photo ({size[0]} x {size[1]} pixels), given {lens.width} x "
-            f"{lens.height}; give the uncropped photo, or the lens file of its camera"
+            f"{lens.height}; give the uncropped photo, or the lens file of this camera"
         )
     centre = tuple((factor * (np.array(lens.centre) + 0.5) - 0.5).tolist())
     return lens.model_copy(update={"width": size[0], "height": size[1], "focal": factor * lens.focal, "centre": centre})
@@ -120,7 +120,7 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
         InputError: If there are too few photos, or they are too similar.
     """
     if len(seen) < 4:
-        raise InputError(f"photos: must be at least 4, from different sides and angles, given {len(seen)}")
+        raise InputError(f"photos: must be at least 4, given {len(seen)}; add photos from different sides and angles")
     cv2 = opencv()
     objects = [np.column_stack([places, np.zeros(len(places))]).astype(np.float32) for places, _ in seen]
     pixels = [found.astype(np.float32) for _, found in seen]
@@ -132,7 +132,7 @@ def calibrate_lens(seen: Sequence[tuple[np.ndarray, np.ndarray]], size: tuple[in
     if apart < 20.0:
         raise InputError(
             f"photos: must show the board at angles that differ by at least 20 degrees, given {apart:.0f}; add photos "
-            "taken at a slant from every side"
+            "from all sides with a tilted camera"
         )
     k1, k2 = (float(value) for value in distortion.ravel()[:2])
     centre = (float(matrix[0, 2]), float(matrix[1, 2]))

@@ -250,8 +250,9 @@ def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], lear
     turned = {name: gap for name, gap in gaps.items() if gap > 0.015 and name not in shown}
     if fit.rms > 0.010 or len(turned) > 2:  # another garment, or wrinkles
         raise InputError(
-            f"{path}: the cloth must lie like a flat {fit.shape.name}, but the outline deviates by {1e3 * fit.rms:.0f} "
-            f"mm and misses {len(turned)} of {len(gaps)} corners; lay the cloth flat, or give another --garment"
+            f"{path}: the cloth must look like a flat {fit.shape.name}, but the outline deviates by "
+            f"{1e3 * fit.rms:.0f} mm and misses {len(turned)} of {len(gaps)} corners; lay the cloth flat, or give "
+            "another --garment"
         )
     if turned:
         name = max(turned, key=lambda each: turned[each])
@@ -263,6 +264,6 @@ def _check(path: Path, fit: Fit, found: np.ndarray, shown: Collection[str], lear
         length, width = fit.shape.size * fit.scale
         size = f"{fit.shape.size[1]:.3f} x {fit.shape.size[0]:.3f} m"
         raise InputError(
-            f"{path}: the cloth in the photo must have the size {size}, given {width:.3f} x {length:.3f} m; check "
-            "--size and the board's `bar`, or lay the cloth flat on a table of another colour"
+            f"{path}: the cloth must measure {size}, but measures {width:.3f} x {length:.3f} m in the photo; check "
+            "--size and `bar` in the board's file, or use a table of another colour"
         )

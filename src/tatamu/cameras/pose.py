@@ -79,7 +79,7 @@ def parse_touched(text: str) -> np.ndarray:
         raise InputError(f"touch: must be the three marks A, B and C, each as x,y or x,y,z in metres, given {text!r}")
     places = [_numbers(part, "touch", "x,y or x,y,z in metres", (2, 3)) for part in parts]
     if len({len(place) for place in places}) != 1:
-        raise InputError(f"touch: either all three marks or none must have z, given {text!r}")
+        raise InputError(f"touch: z must be given for all three marks or for none, given {text!r}")
     found = np.array(places)
     if np.abs(found).max() > MAX_POSITION:
         raise InputError(f"touch: coordinates must be within ±{MAX_POSITION:g} m, given {text!r}")

@@ -63,7 +63,7 @@ def find_sheet(pixels: np.ndarray, sheet: Sheet, lens: Lens | None, focal: float
     if not good:
         raise InputError(
             f"sheet: a white {sheet.name} sheet must be visible in the photo; lay the whole sheet flat on a darker "
-            "table, apart from the cloth"
+            "table, beside the cloth"
         )
     return min(good, key=lambda view: view.penalty)
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tatamu.report.garment import FoldMark
 
 GarmentArgument = Annotated[
-    str, typer.Argument(metavar="GARMENT", help="Name of a garment (see `tatamu garments`), or a garment's file.")
+    str, typer.Argument(metavar="GARMENT", help="Name of a garment (see `tatamu garments`), or the file of a garment.")
 ]
 SizeOption = Annotated[str | None, typer.Option(metavar="WxL", help="Width x length in metres, such as 0.54x0.46.")]
 MaterialOption = Annotated[

@@ -52,8 +52,8 @@ def learn(
     after: list[Path] | None = typer.Option(
         None,
         metavar="RUN",
-        help="Start from this measured fold and from its errors, which `tatamu observe` inferred. The default is then "
-        "20 trials. Repeat the option for more folds of the same set-up.",
+        help="Start from this measured fold and from the errors that `tatamu observe` inferred. The default of "
+        "--trials is then 20. Repeat the option for more folds of the same set-up.",
     ),
     scheduler: SchedulerOption = None,
     storage: StorageOption = None,

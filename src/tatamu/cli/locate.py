@@ -32,10 +32,11 @@ def locate(
         None, metavar="RUN", help="Folder of a learned fold; the fold's garment is compared with the cloth."
     ),
     garment: str = typer.Option(
-        "towel", help="Garment to compare with if --run is not given: a name such as towel, or a garment's file."
+        "towel",
+        help="Garment to compare with the cloth if --run is not given: a name such as towel, or the file of a garment.",
     ),
     size: str | None = typer.Option(
-        None, metavar="WIDTHxLENGTH", help="Size of the garment in metres, for comparison."
+        None, metavar="WIDTHxLENGTH", help="Size of the garment in metres; the cloth must have this size."
     ),
     board_pose: str | None = typer.Option(
         None, metavar="X,Y,YAW", help="Pose of the board in the robot's base frame [m, m, rad]."
@@ -51,7 +52,7 @@ def locate(
     join: JoinOption = False,
     picture: PictureOption = None,
     from_above: Path | None = typer.Option(
-        None, metavar="PICTURE", help="Picture to write: the table from straight above, .png or .jpg."
+        None, metavar="PICTURE", help="Picture to write: the table seen from above, .png or .jpg."
     ),
     out: Path | None = typer.Option(
         None, metavar="LOCATED.json", help="File to write: pose, size, corners and outline."
@@ -103,7 +104,7 @@ def locate(
         print(f"check the outline and the corners in {picture}")
     if from_above is not None:
         look.write_picture(look.from_above(found.photograph, found.fit.place(found.fit.shape.points)), from_above)
-        print(f"check the table as seen from above in {from_above}")
+        print(f"check the view from above in {from_above}")
 
 
 def parse_corners(texts: Sequence[str]) -> dict[str, np.ndarray]:

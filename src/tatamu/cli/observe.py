@@ -32,13 +32,13 @@ def observe(
     left: str | None = typer.Option(
         None,
         metavar="A,B",
-        help="Deviation of the moved hem's left corner from its target [mm]: along the fold (too far is positive) and "
-        "across it (left is positive).",
+        help="Deviation of the left corner of the moved hem from its target [mm]: along the fold (too far is positive) "
+        "and across it (left is positive).",
     ),
     right: str | None = typer.Option(
         None,
         metavar="A,B",
-        help="Deviation of the moved hem's right corner from its target [mm], measured as for --left.",
+        help="Deviation of the right corner of the moved hem from its target [mm], measured as for --left.",
     ),
     slip: str | None = typer.Option(
         None, metavar="A,B", help="How far the lower hem has slipped [mm]: along the fold and across it."

@@ -22,13 +22,13 @@ def outline(
     sheet: str | None = typer.Option(
         None,
         metavar="'X,Y X,Y X,Y X,Y WxH'",
-        help="Corners of a sheet of paper on the table, clockwise from the top left, and the sheet's size in metres; "
-        "removes the perspective.",
+        help="Find scale and perspective from a sheet of paper on the table: its corners, clockwise from the top left, "
+        "and its size in metres.",
     ),
     garment: str | None = typer.Option(
         None,
         metavar="NAME",
-        help="tshirt: also find the hem, sleeves and neck, and write a garment file of two layers.",
+        help="tshirt: also find the hem, sleeves and neck, and write a garment file with two layers.",
     ),
     join: JoinOption = False,
 ) -> None:

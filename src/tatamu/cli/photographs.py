@@ -21,12 +21,12 @@ SheetOption = Annotated[
 LensOption = Annotated[Path | None, typer.Option(metavar="LENS.toml", help="The camera's lens, from `tatamu lens`.")]
 CornerOption = Annotated[
     list[str] | None,
-    typer.Option(metavar="NAME=X,Y", help="True pixel of a corner that was found in the wrong place; repeatable."),
+    typer.Option(metavar="NAME=X,Y", help="Correct pixel of a corner that was found in the wrong place; repeatable."),
 ]
 
 JoinOption = Annotated[
     bool,
-    typer.Option("--join", help="Treat as cloth everything that differs from the table, not only the largest part."),
+    typer.Option("--join", help="Treat everything that differs from the table as cloth, not only the largest part."),
 ]
 PictureOption = Annotated[
     Path | None,
@@ -94,7 +94,7 @@ def lens(
     found, rms = calibrate_lens(seen, size)
     write_lens(found, out)
     print(f"lens: {out}, focal length {found.focal:.0f} pixels, for photos of {found.width} x {found.height} pixels")
-    print(f"the board's corners deviate from the fitted lens by {rms:.2f} pixels in {len(seen)} photos")
+    print(f"error of the lens: {rms:.2f} pixels (root mean square over the board's corners in {len(seen)} photos)")
 
 
 def scale_of(board: Path | None, sheet: str | None) -> Path | str:

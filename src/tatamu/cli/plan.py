@@ -36,7 +36,7 @@ def plan(
         1.0,
         min=0.05,
         max=1.0,
-        help="Fraction of the planned speed; below 1, pauses become longer, too, such as while the jaws close.",
+        help="Fraction of the planned speed; below 1, pauses also become longer, for example while the jaws close.",
     ),
     hover: float = typer.Option(
         0.0,

@@ -62,5 +62,5 @@ def rehearse(
     if film:
         path = plan / "rehearsal" / "film.gif"
         why_not = save_film(result, fold.robot if fold else None, path)
-        print(f"warning: no film: {why_not}" if why_not else f"film: {path}")
+        print(f"warning: the film cannot be drawn ({why_not})" if why_not else f"film: {path}")
     print(f"page: {write_page(result, figures, fold, plan / 'rehearsal')}")

@@ -123,7 +123,9 @@ def _check_certificates(address: str) -> None:
         if given is None:
             raise InputError(f"--scheduler: {address}: needs certificates; set {field} in the Dask configuration")
         if not Path(given).is_file():
-            raise InputError(f"--scheduler: {address}: {field} in Dask's configuration must be a file, given {given}")
+            raise InputError(
+                f"--scheduler: {address}: {field} in the Dask configuration must name an existing file, given {given}"
+            )
 
 
 @contextmanager

@@ -124,7 +124,7 @@ class DaskExecutor(Executor):
         error = ended.exception()
         if isinstance(error, distributed.scheduler.KilledWorker):
             error = WorkerKilledError(
-                f"the simulation killed {error.allowed_failures + 1} workers: they crashed, or ran too long"
+                f"the simulation killed {error.allowed_failures + 1} workers, which crashed or took too long"
             )
         if error is not None:
             if error.__traceback__ is not None:  # its first frame would keep the call at the scheduler

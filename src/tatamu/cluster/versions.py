@@ -78,7 +78,8 @@ def checked_call(of_client: Versions, function: Callable[..., Any], *args: Any, 
     """
     if of_client != versions():
         raise UnavailableError(
-            f"versions differ: this machine has {difference(of_client)} as a worker; install the same versions"
+            f"versions: a worker differs from this machine, which has {difference(of_client)}; install the same "
+            "versions"
         )
     begun = perf_counter()
     result = function(*args, **kwargs)

@@ -165,8 +165,8 @@ def fold_of(
     width = crease_of(garment, garment.material.thickness).arc[-1]
     if width > -across.min():
         raise InputError(
-            f"fold: the moving side must be at least {width:.3f} m wide, because a crease of this material needs that "
-            f"much cloth, given {-across.min():.3f} m; give a larger garment or a more flexible material"
+            f"fold: the moving side must be at least {width:.3f} m wide for a crease of this material, given "
+            f"{-across.min():.3f} m; give a larger garment or a more flexible material"
         )
     hands = hands or step.hands
     left, right = candidates(layout, step.grasp, hands)

@@ -42,8 +42,8 @@ def candidates(layout: Layout, grasp: tuple[str, ...], hands: int) -> tuple[np.n
     if not count:
         names = [farthest_edge(layout) if name == AUTO else name for name in grasp]
         raise InputError(
-            f"hands: must be 1 to grasp {' and '.join(names)}, because two hands must be at least "
-            f"{clearance:g} m apart; give --hands 1"
+            f"hands: two hands cannot grasp {' and '.join(names)}, because they must be at least {clearance:g} m "
+            "apart; give --hands 1"
         )
     return left[:count], right[:count]
 

@@ -259,7 +259,7 @@ def _check_step(task: Task, reach: Reach) -> None:
             return
         refusals.append(refusal)
     raise InputError(
-        f"robot: must be able to carry out {name}, but {reach.robot} fails in all {len(refusals)} ways tried; "
+        f"robot: must be able to carry out {name}, but {reach.robot} fails in all {len(refusals)} attempts; "
         f"the first fails because {refusals[0]}"
     )
 

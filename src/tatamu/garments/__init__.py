@@ -79,7 +79,9 @@ def make_garment(
     if size is None and file is not None:
         size = measured_size(file, name)
     if fabric is not None and not fabric.bending_rigidity > 0.0:
-        raise InputError("material.bending_rigidity: must be above 0, given 0, because otherwise a fold has no radius")
+        raise InputError(
+            "material.bending_rigidity: must be above 0, given 0; without bending rigidity, a fold has no radius"
+        )
     if name in GARMENTS:
         if scale is not None:
             raise InputError(

@@ -84,7 +84,8 @@ class GarmentFile(BaseModel):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if (self.outline is None) == (self.mesh is None):
-            raise ValueError("must name one file, with either outline or mesh")
+            given = "both" if self.mesh is not None else "neither"
+            raise ValueError(f"must have either outline or mesh, given {given}")
         if self.fabric is not None and self.fabric not in preset_names():
             raise ValueError(f"fabric must be one of {', '.join(preset_names())}, given {self.fabric!r}")
         if self.mesh is not None and (self.layers, self.openings, self.holes) != (None, None, None):

@@ -62,7 +62,7 @@ class DrawnPieces:
 def check_parts(count: int, depth: int, most: int = MAX_PARTS) -> None:
     """Refuse a drawing with too many parts, or with parts that are too deep in one another."""
     if depth >= 100:
-        raise InputError("outline: must have groups nested at most 100 deep; flatten the groups")
+        raise InputError("outline: groups must be nested at most 100 deep; flatten the groups")
     if count > most:
         raise InputError(
             f"outline: must have at most {most} elements and path coordinates in total; simplify the drawing"

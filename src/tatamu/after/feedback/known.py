@@ -66,7 +66,7 @@ def known_of(runs: Sequence[Result], task: Task, grasps: Grasps = "integer") -> 
 
 def _folder(run: Result) -> FeedbackFolder:
     if run.folder is None:
-        raise InputError("after: must be a saved fold; save the fold, load it from its folder, and call `observe`")
+        raise InputError("after: must be a fold that was loaded from a folder; save the fold, then load the folder")
     folder = FeedbackFolder.of(run.folder)
     folder.require_measured(run.folder)
     return folder

@@ -67,11 +67,11 @@ class MeasuredFold(OpenRecord):
         for side in self.turned_in:
             if any(name.startswith(side) for name in names):
                 raise ValueError(
-                    f"turned_in must not contain the {side} corner, for which numbers are given; leave out the numbers "
-                    "or the corner"
+                    f"turned_in must not contain {side}, because numbers are given for this corner; leave out the "
+                    "numbers or the corner"
                 )
         if not names and self.held:
-            raise ValueError("measured must contain at least one number, unless the fold failed")
+            raise ValueError("at least one measured number is needed, unless the fold failed")
         return self
 
 
@@ -142,13 +142,15 @@ def ruler(
     scale = 1.0 if unit == "m" else 1e-3
     error = RULER if deviation is None else scale * deviation
     if not 0.0 < error <= MAX_LENGTH:
-        raise InputError(f"{label.format('deviation')}: must be above 0 {unit}, given {deviation}")
+        limit = f"must be above 0 and at most {MAX_LENGTH / scale:g} {unit}"
+        raise InputError(f"{label.format('deviation')}: {limit}, given {deviation}")
     for place, pair in pairs.items():
         given = list(pair) if isinstance(pair, Iterable) else [pair]
         if len(given) != 2 or not all(isinstance(value, Real) and scale * abs(value) <= size for value in given):
             raise InputError(
-                f"{label.format(place)}: must be two numbers, along and across the fold, from {-size / scale:.3g} to "
-                f"{size / scale:.3g} {unit} (the size of the cloth), given {', '.join(map(str, given))}"
+                f"{label.format(place)}: must be two numbers from {-size / scale:.3g} to {size / scale:.3g} {unit} "
+                f"(the size of the cloth), given {', '.join(map(str, given))}; the first is along the fold, the second "
+                "across it"
             )
     numbers = {
         f"{place}_{axis}": (scale * value, error)

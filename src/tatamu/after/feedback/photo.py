@@ -55,7 +55,7 @@ def read_photo(
     """
     if (before is None) == (frame is None):
         given = "neither" if before is None else "both"
-        raise InputError(f"before, frame: exactly one is needed to show where the cloth lay, given {given}")
+        raise InputError(f"before, frame: exactly one is needed, given {given}; each tells where the cloth lay")
     place = frame if before is None else locate(before, scale, run=learned, lens=lens)
     assert place is not None, "one of them is given"
     reading = view_fold(photo, scale, place, learned, lens=lens, corners=corners)

@@ -68,7 +68,7 @@ def simulated(margins: MarginsRecord) -> str:
 def summary(margins: MarginsRecord) -> str:
     """Return lines: how often the fold succeeds, why not and what helps, and what was simulated."""
     together = margins.together
-    lines = [f"{together.headline}: mean distance {_spread(together.mean_vertex_distance)}"]
+    lines = [f"{together.headline}; mean distance from the target: {_spread(together.mean_vertex_distance)}"]
     if margins.moving_vertex_distance is not None:
         lines.append(f"mean distance of the part that moves: {_spread(margins.moving_vertex_distance)}")
     lines += [
@@ -79,6 +79,6 @@ def summary(margins: MarginsRecord) -> str:
 
 def _spread(spread: Spread) -> str:
     return (
-        f"{1e3 * spread.median:.1f} mm in the median, {1e3 * spread.q90:.1f} mm at 90 %, "
-        f"{1e3 * spread.worst:.1f} mm at worst"
+        f"median {1e3 * spread.median:.1f} mm, 90th percentile {1e3 * spread.q90:.1f} mm, "
+        f"worst {1e3 * spread.worst:.1f} mm"
     )

@@ -120,7 +120,10 @@ class Correlation(Record):
     def _check(self) -> Self:
         count = len(self.parameters)
         if unknown := [name for name in self.parameters if name not in FIELDS and name not in PLACES]:
-            raise ValueError(f"parameters must be names of disturbances, or {', '.join(FIELDS)}, given {unknown[0]!r}")
+            raise ValueError(
+                f"parameters must be names of disturbances or of material fields ({', '.join(FIELDS)}), given "
+                f"{unknown[0]!r}"
+            )
         if len(set(self.parameters)) < count:
             raise ValueError(f"parameters must not contain the same name twice, given {', '.join(self.parameters)}")
         if [len(row) for row in self.matrix] != [count] * count:
@@ -129,7 +132,7 @@ class Correlation(Record):
         if count and (np.abs(matrix - matrix.T).max() > 1e-6 or np.abs(np.diag(matrix) - 1.0).max() > 1e-6):
             raise ValueError("matrix must be symmetric with ones on its diagonal")
         if count and np.linalg.eigvalsh(matrix)[0] < -0.01:  # entries rounded to three digits cause small negative ones
-            raise ValueError("matrix must have no negative eigenvalue, like every correlation matrix")
+            raise ValueError("matrix must have eigenvalues of at least 0, like every correlation matrix")
         return self
 
 
@@ -159,7 +162,7 @@ class Disturbances(Record):
         given = self.correlation.parameters if self.correlation else []
         if missing := [name for name in given if name in FIELDS and name not in self.material]:
             raise ValueError(
-                f"correlation.parameters contains {missing[0]}; add the deviation of {missing[0]} to [material]"
+                f"correlation.parameters contains {missing[0]}, but [material] does not; add {missing[0]} to [material]"
             )
         for name, value in self.mean.items():
             if name not in PLACES:
