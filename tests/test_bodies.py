@@ -43,7 +43,7 @@ def scene(**body: Any) -> Scene:
         ({"friction": -1.0}, "bodies.0.friction"),
         (
             {"positions": [[0.02, 0.02, 0.002]]},
-            "bodies.0 must begin outside the cloth, or inside it by at most the cloth's",
+            "bodies.0 begins 0.0025 m deep in the cloth, more than the cloth's thickness",
         ),
         ({"speed": 1.0}, "bodies.0.speed"),
     ],
@@ -54,7 +54,7 @@ def test_a_wrong_body_is_one_line(wrong: dict[str, Any], words: str) -> None:
 
 
 def test_a_thin_finger_may_not_begin_in_a_face_between_its_vertices() -> None:
-    with pytest.raises(InputError, match=r"bodies\.0 must begin outside the cloth"):
+    with pytest.raises(InputError, match=r"bodies\.0 begins .* m deep in the cloth"):
         scene(shape="capsule", size=[0.002, 0.01], positions=[[0.03, 0.03, 0.0]])
     scene(positions=[[0.03, 0.03, 0.0041]])  # its lower side is 0.1 mm above the mid-surface: inside by 0.4 mm
 
@@ -104,7 +104,7 @@ def test_depth_is_positive_inside() -> None:
 
 
 def test_a_simulator_without_bodies_refuses_the_scene() -> None:
-    with pytest.raises(InputError, match=r"bodies: must be left out for blender, .* given 1"):
+    with pytest.raises(InputError, match=r"bodies: blender cannot simulate rigid bodies, given 1"):
         Capabilities().refuse(scene(), "blender")
     Capabilities(bodies=True).refuse(scene(), "native")
 

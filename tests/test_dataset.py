@@ -138,7 +138,7 @@ def test_an_interrupted_dataset_is_resumed(
     assert not out.is_finished and len(list(out.path.glob(".episodes/*.npz"))) == 3
     with pytest.raises(InputError, match="is unfinished; run the same `tatamu dataset` command again"):
         out.read()
-    with pytest.raises(InputError, match="must contain a dataset made from this dataset file"):
+    with pytest.raises(InputError, match="was made from another dataset file; give another --out"):
         make_dataset(specification(seed=4), out.path)
     again = Dying(3)
     make_dataset(specification(), out.path, executor=again)
@@ -209,7 +209,10 @@ def test_another_version_and_other_folders_are_refused(made: DatasetFolder, tmp_
         ("episodes = 2\n[garment]\nwidth = { low = 0.4, high = 0.3 }\nlength = 0.4", r"low must not be above high"),
         ("episodes = 2\n[garment]\nname = []", r"garment.name.*must be a name, or a list of names"),
         ('episodes = 2\n[fold]\nsource = "learned"', r"fold.*runs must be given"),
-        ('episodes = 2\n[fold]\nruns = ["a"]', r"fold.*runs must only be given if source is 'learned'"),
+        (
+            'episodes = 2\n[fold]\nruns = ["a"]',
+            r"fold.*runs must be left out if source is 'drawn'; give source = 'learned'",
+        ),
         (
             'episodes = 2\n[garment]\n[fold]\nsource = "sweep"\nsweep = "a"',
             r"garment must be left out for learned folds",

@@ -260,7 +260,7 @@ def test_instances_are_refused_although_the_file_does_not_require_them() -> None
 def test_rotations_that_would_scale_the_mesh_are_refused() -> None:
     made = Glb()
     made.header["nodes"][0]["rotation"] = [0.0, 0.0, 0.5, 0.5]
-    with pytest.raises(ValueError, match="not a unit quaternion"):
+    with pytest.raises(ValueError, match="rotation must be a unit quaternion"):
         parse_glb(made.bytes())
 
 

@@ -70,8 +70,11 @@ def test_noise_of_a_photo_does_no_harm(seed: int) -> None:
 @pytest.mark.parametrize(
     ("outline", "words"),
     [
-        (np.array([[0, 0], [300, 0], [300, 400], [0, 400]]), "but shows no left sleeve"),
-        (np.column_stack([-trousers_pattern().points[:, 1], -trousers_pattern().points[:, 0]]), "but shows no"),
+        (np.array([[0, 0], [300, 0], [300, 400], [0, 400]]), "no left sleeve of a T-shirt is found in the photo"),
+        (
+            np.column_stack([-trousers_pattern().points[:, 1], -trousers_pattern().points[:, 0]]),
+            "of a T-shirt is found in the photo",
+        ),
         (
             np.where((V_NECK == [0, 180]).all(axis=1)[:, None], [0, 60], V_NECK),
             "both sleeve ends must be about equally wide",

@@ -240,7 +240,7 @@ def test_a_spacing_that_nobody_gave_is_not_named(tmp_path: Path) -> None:
     try:
         made = make_garment(str(tmp_path / "slot.svg"))
     except InputError as refused:
-        assert "for a mesh; give a spacing in metres" in str(refused)
+        assert "for a mesh; give a smaller spacing" in str(refused)
         assert "0.0" not in str(refused)
     else:
         assert made.spacing < 0.0129

@@ -59,7 +59,7 @@ def test_a_line_around_the_sewn_line_is_a_seam_allowance_and_no_ring(kind: str, 
     made = garment(tmp_path, LINES[kind])
     assert made.size == pytest.approx((0.38, 0.45), abs=1e-4)
     assert cloth_area(made) == pytest.approx(SEWN, rel=2e-3)
-    assert any("the inner one is taken as the seam" in note for note in made.notes)
+    assert any("the inner outline is taken as the seam" in note for note in made.notes)
     assert not any(name.startswith("hole") for name in made.edges)
 
 
@@ -79,7 +79,7 @@ def test_holes_are_told_with_their_number_and_area(tmp_path: Path) -> None:
     assert cloth_area(made) == pytest.approx(SEWN - 0.014, rel=5e-3)
     whole = garment(tmp_path, f'<path d="{drawn(PIECE)}"/>{holes}', "holes = false")
     assert cloth_area(whole) == pytest.approx(SEWN, rel=2e-3)
-    left_out = "left out because of holes = false: 2 closed curves of 0.0140 m2 in all inside the outline"
+    left_out = "are left out, because holes = false: 2 closed curves of 0.0140 m2 in all"
     assert any(left_out in note for note in whole.notes)
 
 

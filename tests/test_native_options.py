@@ -89,8 +89,8 @@ def test_numbers_become_of_the_type_that_kernels_were_compiled_for() -> None:
         ({"contact": ContactOptions(hard=-0.1)}, "contact.hard: must be at least 0"),
         ({"limits": LimitOptions(farthest=np.inf)}, "limits.farthest: must be at least 0 and finite"),
         ({"untangle": UntangleOptions(step=np.nan)}, "untangle.step: must be"),
-        ({"contact": ContactOptions(restored=(0.5,))}, "contact.restored: must begin with 1"),
-        ({"contact": ContactOptions(restored=())}, "contact.restored: must begin with 1"),
+        ({"contact": ContactOptions(restored=(0.5,))}, "contact.restored: must be 1, followed by numbers above 0"),
+        ({"contact": ContactOptions(restored=())}, "contact.restored: must be 1, followed by numbers above 0"),
     ],
 )
 def test_options_that_mean_nothing_are_refused(parts: dict, text: str) -> None:

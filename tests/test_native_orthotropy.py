@@ -90,7 +90,7 @@ def test_the_warp_runs_along_x_and_along_y_where_a_triangle_lies_across_x() -> N
 @pytest.mark.parametrize(
     ("fibre", "said"),
     [
-        ([[1, 0, 0]] * 3, r"one vector, or 2 vectors \(one for each triangle\), given 3"),
+        ([[1, 0, 0]] * 3, r"one vector, or one for each of 2 triangles, given 3"),
         ([[0, 0, 1]], "perpendicular to its triangle, given .* in triangle 0"),
     ],
 )

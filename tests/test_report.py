@@ -163,7 +163,7 @@ def test_a_wrong_field_is_named(
         (lambda a: a.update(error_10=a["error_10"][:-1]), "error_10"),
         (lambda a: a.update({"failed: slipped": a["target"][:-1]}), "failed: slipped must have shape"),
         (lambda a: a["positions"].__setitem__((-1, 0, 0), np.nan), "positions"),
-        (lambda a: a.update(positions=a["positions"][:, :-1]), "faces must use vertices"),
+        (lambda a: a.update(positions=a["positions"][:, :-1]), "faces must be vertex indices"),
         (lambda a: a.update(times=a["times"][::-1]), "times"),
         (lambda a: a.update(faces=a["faces"] + 1), "faces"),
         (lambda a: a.update(faces=a["faces"][:, :2]), "faces"),

@@ -55,7 +55,7 @@ def test_the_urdf_arm_and_the_mjcf_arm_are_one_arm(tmp_path: Path) -> None:
         (
             'name = "pair"',
             'name = "pair"\ntable_heights = [0.2, -0.1]',
-            r"table_heights must be \[minimum, maximum\], given \[0.2, -0.1\]",
+            r"table_heights must be \[minimum, maximum\] with minimum <= maximum, given \[0.2, -0.1\]",
         ),
         (
             '"pan", "lift"',

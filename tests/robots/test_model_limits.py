@@ -138,7 +138,7 @@ def test_limits_of_a_continuous_joint_that_leave_nothing_are_refused_by_name(tmp
     text = urdf().replace('"pan" type="revolute"', '"pan" type="continuous"')
     text = text.replace('lower="-2.9" upper="2.9" velocity', 'upper="-7" velocity', 1)
     said = refusal(load, str(pair_of_urdf(tmp_path, text)))
-    assert "joint pan: the lower limit must be below the upper limit, and both must be within 6.28 rad" in said
+    assert "joint pan: the lower limit must be below the upper limit, and both must be within ±6.28 rad" in said
 
 
 def test_an_included_file_counts_as_mujoco_reads_its_name(tmp_path: Path) -> None:

@@ -151,8 +151,8 @@ def test_an_arm_of_four_joints_is_refused_with_the_number_that_is_needed(tmp_pat
         text = "\n".join(line.rsplit(", ", 2)[0] + "]" if line.startswith(field) else line for line in text.split("\n"))
         assert last in text
     path.write_text(text)
-    why = "three for the position of the hand, two for the direction of the jaws"
-    assert f"larm: must have at least 5 joints ({why}), given 4" in refusal(load, str(path))
+    why = "the position of the hand needs three joints, and the direction of the jaws needs two"
+    assert f"larm: must have at least 5 joints, given 4; {why}" in refusal(load, str(path))
 
 
 def test_joints_that_repeat_one_another_are_refused(tmp_path: Path) -> None:
@@ -185,7 +185,7 @@ def test_a_speed_that_no_model_bounds_must_be_one_of_a_robot(tmp_path: Path) -> 
     path = pair_of_mjcf(tmp_path, mjcf())
     path.write_text(path.read_text().replace("speed = [2.0", "speed = [120.0"))
     said = refusal(load, str(path))
-    assert "larm.speed: pan must be at most 20 rad/s, because the model states no limit, given 120" in said
+    assert "larm.speed: pan must be at most 20 rad/s if the model states no limit, given 120" in said
 
 
 def test_a_speed_limit_of_zero_is_none(tmp_path: Path) -> None:

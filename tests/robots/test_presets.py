@@ -182,7 +182,7 @@ def test_fr3_keeps_to_half_of_its_speed() -> None:
 
 
 def test_options_of_hironx_are_not_for_presets() -> None:
-    with pytest.raises(InputError, match="must only be given for hironx or nextage"):
+    with pytest.raises(InputError, match="must be left out, except for hironx and nextage"):
         load("panda-pair", fingertip=0.1)
 
 

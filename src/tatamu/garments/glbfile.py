@@ -113,7 +113,7 @@ class _Glb:
         indices = self.values(primitive["indices"])[:, 0] if "indices" in primitive else np.arange(len(vertices))
         faces = _triangles(indices.astype(np.int64), primitive.get("mode", TRIANGLES))
         if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < len(vertices):
-            raise ValueError(f"a primitive must use vertices 0 to {len(vertices) - 1}, given {faces.max()}")
+            raise ValueError(f"a primitive must only use vertices 0 to {len(vertices) - 1}, given {faces.max()}")
         uv = None
         if "TEXCOORD_0" in given:
             uv = (self.values(given["TEXCOORD_0"]) * [1.0, -1.0] + [0.0, 1.0])[faces]  # v points down in glTF
@@ -193,7 +193,7 @@ def _transform(node: Mapping[str, Any]) -> np.ndarray:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
     x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
     if not abs(x * x + y * y + z * z + w * w - 1.0) < 1e-3:
-        raise ValueError(f"a node has a rotation that is not a unit quaternion, {node['rotation']}")
+        raise ValueError(f"a node's rotation must be a unit quaternion, given {node['rotation']}")
     made = np.eye(4)
     made[0, :3] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
     made[1, :3] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)

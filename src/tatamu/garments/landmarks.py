@@ -51,8 +51,8 @@ def tshirt_openings(outline: np.ndarray) -> dict[str, np.ndarray]:
     for found, what in ((sides[0], "left sleeve"), (sides[1], "right sleeve"), (neck, "neck")):
         if not found:
             raise InputError(
-                f"garment: the photo must show a T-shirt, hem down, with sleeves away from the body, but shows no "
-                f"{what}; take another photo, or name the openings in a garment file"
+                f"garment: no {what} of a T-shirt is found in the photo; lay the sleeves away from the body and take a "
+                "photo with the hem at the bottom, or name the openings in a garment file"
             )
     under = [max(found, key=lambda pocket: pocket.depth) for found in sides]
     sleeves = [_sleeve_end(outline, pocket.deepest, end) for pocket, end in zip(under, neck, strict=True)]

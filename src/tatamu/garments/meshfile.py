@@ -132,7 +132,9 @@ def border_loops(faces: np.ndarray) -> list[np.ndarray]:
         if (a, b) in inner:
             continue
         if a in following:
-            raise InputError(f"mesh: parts must touch along edges, but two parts touch only at vertex {a}")
+            raise InputError(
+                f"mesh: parts must touch along edges, but two touch only at vertex {a}; join or separate these parts"
+            )
         following[a] = b
     loops = []
     while following:

@@ -154,7 +154,11 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     covered = shapely.covers(outer, inner)
     marks, kept = inner[small & ~covered], ~small | covered
     inner = inner[kept]
-    notes = [f"{counted(marks, 'small closed curve')} across the outline left out, as marks"] if len(marks) else []
+    notes = []
+    if len(marks):
+        notes.append(
+            f"small curves across the outline are taken as marks and left out: {counted(marks, 'closed curve')}"
+        )
     if (shapely.area(inner) > 0.99 * outer.area).any():  # the outline, drawn a second time
         raise InputError("outline: must occur once in the drawing, given two copies")
     if not covered[kept].all():
@@ -162,16 +166,17 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
     if holes is None and len(inner) and _follows(inner[0], outer):
         apart = 1e3 * outer.exterior.hausdorff_distance(inner[0].exterior)
         notes.append(
-            f"the drawing has two outlines, at most {apart:.0f} mm apart, of which the inner one is taken as the seam "
-            "and the end of the garment; write holes = true if it is a hole"
+            f"the inner outline is taken as the seam, where the garment ends (at most {apart:.0f} mm inside the outer "
+            "outline); write holes = true if the inner outline is a hole"
         )
         outer, inner = inner[0], inner[1:]
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
         if not is_hole.all():
-            notes.append(f"left out, along or across the inner outline: {counted(inner[~is_hole], 'closed curve')}")
+            left_out = counted(inner[~is_hole], "closed curve")
+            notes.append(f"curves along or across the inner outline are left out: {left_out}")
         inner = inner[is_hole]
     if holes is False and len(inner):
-        notes.append(f"left out because of holes = false: {counted(inner, 'closed curve')} inside the outline")
+        notes.append(f"curves inside the outline are left out, because holes = false: {counted(inner, 'closed curve')}")
         inner = inner[:0]
     region = outer.difference(shapely.union_all(inner)) if len(inner) else outer
     if not isinstance(region, shapely.Polygon):
@@ -213,5 +218,5 @@ def _within(points: np.ndarray) -> shapely.Polygon:
         raise InputError(f"outline: each curve must have at most {MAX_CORNERS} corners, given {len(points)}")
     region = shapely.Polygon(points)
     if not region.is_valid or not region.area > 0.0:
-        raise InputError(f"outline: must not cross or touch itself ({explain_validity(region)}, in metres)")
+        raise InputError(f"outline: must not cross or touch itself ({explain_validity(region)}; coordinates in metres)")
     return region

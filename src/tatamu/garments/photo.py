@@ -59,8 +59,8 @@ def stand_out(
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or not MIN_AREA < sizes.max() / mask.size < 0.9 or np.median(away[mask]) < FAINTEST:
         raise InputError(
-            f"{path}: photo: must show a garment that stands out from a plain table, given none; use a table of "
-            "another colour, or crop the photo"
+            f"{path}: photo: no garment stands out from the table; use a plain table of another colour, or crop the "
+            "photo"
         )
     order = 1 + np.argsort(-sizes, kind="stable")
     # smaller regions are ignored
@@ -74,12 +74,13 @@ def stand_out(
         helps = not _touches_border(_joined([largest, *others]))
         remedy = "give --join if all regions are one garment, such as a striped shirt, or " if helps else ""
         raise InputError(
-            f"{path}: photo: only one region may stand out from the table, but {len(others) + 1} do, the largest "
-            f"with {100 / (1 + beside):.0f} % of their total area; {remedy}crop the photo to one region"
+            f"{path}: photo: {len(others) + 1} regions stand out from the table, and the largest has only "
+            f"{100 / (1 + beside):.0f} % of their area; {remedy}crop the photo to one region"
         )
     if _touches_border(largest):
         raise InputError(
-            f"{path}: photo: must show the table all around the garment, but the garment touches the border"
+            f"{path}: photo: must show the table all around the garment, but the garment touches the border of the "
+            "photo"
         )
     share = np.asarray(gaussian_filter(largest.astype(float), 1.0))
     return share, tuple(float(other.sum() / largest.sum()) for other in others)
@@ -203,11 +204,11 @@ def _kept(share: np.ndarray, path: Path) -> np.ndarray:
     regions = label(share > 0.5)
     sizes = np.bincount(regions.ravel())[1:]
     if not len(sizes) or sizes.max() < MIN_AREA * share.size:
-        raise InputError(f"{path}: photo: its alpha channel must show a garment, but is almost empty")
+        raise InputError(f"{path}: photo: the alpha channel must show a garment, but is almost empty")
     garment = np.asarray(binary_fill_holes(regions == 1 + int(sizes.argmax())))
     if garment.mean() > 0.97:
         raise InputError(
-            f"{path}: photo: its alpha channel must hide everything around the garment, but shows the picture's border"
+            f"{path}: photo: the alpha channel must hide everything around the garment, but shows the picture's border"
         )
     beside = np.asarray((regions > 0) & ~garment)
     return np.where(beside, 0.0, np.where(garment, np.maximum(share, 0.51), share))

@@ -166,7 +166,7 @@ def _eight_bits(values: np.ndarray) -> np.ndarray:
     some = values.ravel()[:: max(1, values.size // 1_000_000)]
     low, top = (float(value) for value in np.percentile(some, (0.1, 99.9)))  # single pixels may be defective
     if not (np.isfinite(values).all() and low >= -0.05 * top):
-        raise ValueError("pixels must be finite numbers of at least 0")
+        raise ValueError("pixels must be finite and at least 0")
     whites = [float(2**depth - 1) for depth in (8, 10, 12, 14, 16)]
     if values.dtype.kind == "f" and top <= 16.0:  # their white is 1
         whites = [1.0, top]

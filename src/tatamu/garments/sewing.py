@@ -86,8 +86,8 @@ def _meshed(
             return panel(outline, spacing), spacing, notes
         spacing *= 0.75
     raise InputError(
-        "outline: must not have parts that are too narrow or too close together for a mesh; give a spacing in metres, "
-        "or a simpler outline"
+        "outline: some parts are too narrow or too close together for a mesh; give a smaller spacing, or a simpler "
+        "outline"
     )
 
 

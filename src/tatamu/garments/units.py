@@ -71,7 +71,7 @@ def how_to_scale(sides: tuple[float, float], unit: Unit) -> str:
     if scale is None:
         return ""
     how = f"give scale = {scale:g} under [garment] in a garment file, or --scale {scale:g}"
-    return f"; {how}: metres per unit of the file"
+    return f"; {how} (metres per unit of the file)"
 
 
 def check_size_of_file(sides: tuple[float, float], what: str, unit: Unit) -> None:

@@ -35,8 +35,8 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     """
     if given.spacing is not None and not given.remesh:
         raise InputError(
-            "spacing: must be left out for a mesh, because its edges set the spacing; write remesh = true under "
-            "[garment] for a new mesh"
+            "spacing: must be left out, because the edges of the mesh set the spacing; for another spacing, write "
+            "remesh = true under [garment]"
         )
     kind = source.suffix[1:].upper()
     stated = "as glTF has it" if kind == "GLB" else f"assumed: {kind} states no unit"
@@ -155,7 +155,7 @@ def _laid(given: GarmentFile, mesh: TriangleMesh, material: Material) -> Garment
             notes.append(f"flattened by {pattern.words}: {changes}{doubt if plane.most > 0.10 else ''}")
             return replace(garment, notes=(*notes, *garment.notes))
     if given.remesh:
-        raise InputError(f"remesh: must be left out for a mesh that cannot be flattened: {reason}")
+        raise InputError(f"remesh: the mesh cannot be flattened ({reason}); leave remesh out")
     stretch = 1.0 if given.size is None else float(np.sqrt(np.prod(given.size) / np.prod(np.ptp(points, axis=0)[:2])))
     try:
         fallen = pattern.woven(laid_flat(given.name, stretch * points, faces, material))

@@ -32,8 +32,8 @@ def check_codec() -> None:
         av.codec.Codec(CODEC, "w")
     except (ValueError, av.FFmpegError):
         raise InputError(
-            f"cameras: videos need the encoder {CODEC}, which this PyAV lacks; run `pip install 'tatamu[dataset]'`, or "
-            "write cameras = []"
+            f"cameras: videos need the encoder {CODEC}, which the installed PyAV lacks; run "
+            "`pip install 'tatamu[dataset]'`, or write cameras = []"
         ) from None
 
 

@@ -139,7 +139,7 @@ def _about_search(result: ResultRecord) -> list[str]:
         lines.append(f"{len(failed)} of {len(trials)} trials failed; last error: {failed[-1].error}")
     other = next((trial for trial in trials if trial.score is not None and trial.score.succeeds), None)
     if other is not None and other.score is not None:
-        help_by = "learn with disturbances (the default), with which only folds that succeed can be the best"
+        help_by = "learn with disturbances (the default), so that only a fold that succeeds can be the best"
         if result.disturbances is not None:
             help_by = "try a finer mesh (--spacing)"
         distance = 1e3 * other.score.mean_vertex_distance

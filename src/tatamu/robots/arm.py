@@ -48,7 +48,7 @@ class Jaw(FingerSize):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.tilt[0] > self.tilt[1]:
-            raise ValueError(f"tilt must be [minimum, maximum], given {list(self.tilt)}")
+            raise ValueError(f"tilt must be [minimum, maximum] with minimum <= maximum, given {list(self.tilt)}")
         if self.opening <= 2 * HELD:
             raise ValueError(f"opening must be more than {2 * HELD:g} m, given {self.opening:g}")
         return self

@@ -50,8 +50,8 @@ def load(name: str, wrist_offset: float | None = None, fingertip: float | None =
         )
     if name not in KAWADA and (wrist_offset is not None or fingertip is not None):
         raise InputError(
-            "wrist offset, fingertip: must only be given for hironx or nextage; for another robot, write both lengths "
-            "into the .toml file of the robot"
+            "wrist offset, fingertip: must be left out, except for hironx and nextage; for another robot, write both "
+            "lengths into the .toml file of the robot"
         )
     if name not in NAMES:
         return described(Path(name))
@@ -159,8 +159,8 @@ def _arm(path: Path, name: str, arm: ArmDescription, prefix: str, file: ModelFil
         own = file.limits.speeds.get(joint)
         if joint not in arm.faster_than_model and own is None and speed > MAX_SPEED:
             raise InputError(
-                f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s, because the model states no "
-                f"limit, given {speed:g}; convert degrees to radians, or name the joint in faster_than_model"
+                f"{path}: {name}.speed: {joint} must be at most {MAX_SPEED:g} rad/s if the model states no limit, "
+                f"given {speed:g}; convert degrees to radians, or name the joint in faster_than_model"
             )
         if joint not in arm.faster_than_model and own is not None and speed > own * (1 + 1e-6):
             above.append(f"{name} {joint} {speed:g} ({own:g})")

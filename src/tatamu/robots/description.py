@@ -91,8 +91,8 @@ class ArmDescription(Record):
         count = len(self.joints)
         if count < 5:
             raise ValueError(
-                "must have at least 5 joints (three for the position of the hand, two for the direction of the "
-                f"jaws), given {count}"
+                f"must have at least 5 joints, given {count}; the position of the hand needs three joints, and the "
+                "direction of the jaws needs two"
             )
         for name in ("initial", "speed", "acceleration"):
             if len(getattr(self, name)) != count:
@@ -165,15 +165,17 @@ class Description(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.table_heights[0] > self.table_heights[1]:
-            raise ValueError(f"table_heights must be [minimum, maximum], given {list(self.table_heights)}")
+            raise ValueError(
+                f"table_heights must be [minimum, maximum] with minimum <= maximum, given {list(self.table_heights)}"
+            )
         alone = [arm.model is not None for arm in (self.larm, self.rarm)]
         if self.model is None and not all(alone):
             raise ValueError("must have a model for the whole robot, or a model in each arm")
         if self.model is not None and any(alone):
-            raise ValueError("must have a model for the whole robot, or a model in each arm, not both")
+            raise ValueError("must not have both a model for the whole robot and a model in an arm")
         if self.model is None and self.base != "world":
             raise ValueError(
-                "base must be 'world' for a pair of single arms, because the mount of each arm says where it stands"
+                "base must be 'world' for a pair of single arms, because each mount states the place of its arm"
             )
         if self.model is None and self.standing:
             raise ValueError("standing must be under [larm] and [rarm] for a pair of single arms")

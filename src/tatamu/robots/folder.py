@@ -47,7 +47,7 @@ def check_out(out: Path) -> None:
             f"{out}: must not be the current folder, because a plan replaces the whole folder; give another --out"
         )
     if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or (out / "plan.json").is_file())):
-        raise InputError(f"{out}: must be a new folder or the folder of a plan; give another --out")
+        raise InputError(f"{out}: must be a new folder or the folder of a plan, but is neither; give another --out")
 
 
 def save(plan: RobotPlan, out: Path) -> None:

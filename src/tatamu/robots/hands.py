@@ -72,7 +72,7 @@ class HandMotion:
         """
         curves = manipulation.curves
         if not curves:
-            raise InputError("manipulation: arms: must be one or two, given none")
+            raise InputError("manipulation: arms: must contain one or two arms, given none")
         for name, curve in zip(HANDS, curves, strict=False):
             if np.isclose(arc_lengths(curve.control)[-1], 0):
                 raise InputError(f"manipulation: arms: the {name} hand's control_points must not all be the same")
@@ -130,6 +130,6 @@ def _check_unpressed(scene: Scene, source: Path | str) -> None:
     others = [body.name for body in scene.bodies if body.hand is None]
     if others:
         raise InputError(
-            f"{source}: bodies: must be hands only, because robots cannot press creases, given a {others[0]}; learn "
-            "the fold from a fold plan without `press`"
+            f"{source}: bodies: must be hands only, given a {others[0]}; robots cannot press creases, so learn the "
+            "fold from a fold plan without `press`"
         )

@@ -145,7 +145,7 @@ def plan_fold(
                 refusals.append(error)
     best = max(refusals, key=lambda refusal: refusal.progress)
     if place is not None:
-        raise InputError(f"{name}: cannot do the fold at this place: {best}")
+        raise InputError(f"{name}: the robot cannot do the fold at this place: {best}")
     arms = "both arms" if len(hands.curves) > 1 else "an arm"
     raise NoPlacement(f"{name}: no placement in front of the robot lets {arms} do the fold: {best}")
 
@@ -156,8 +156,8 @@ def _hovering(plan: RobotPlan, height: float, pace: Pace) -> RobotPlan:
         return _worked_out(plan.task.hovering(height), pace, plan.reach)
     except Refused as error:
         raise InputError(
-            f"hover: must be a height at which the robot can do the fold, given {height:g} m ({plan.task.placement}): "
-            f"{error}; give a lower height, or another place"
+            f"hover: the robot cannot do the fold at a height of {height:g} m ({plan.task.placement}): {error}; give a "
+            "lower height, or another place"
         ) from None
 
 

@@ -114,7 +114,7 @@ def halved(often: int) -> str:
 def _fold_summary(fold: dict[str, Any]) -> list[str]:
     mesh = f", edges {halved(fold['halvings'])}" if fold["halvings"] else ""
     lines = [
-        f"fold in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}): on average "
+        f"in {fold['simulator']} ({fold['simulated_vertices']} vertices{mesh}), the robot's fold is on average "
         f"{1e3 * fold['distance_to_floating_hands']:.1f} mm away from the same fold by floating hands"
     ]
     if fold["mean_vertex_distance"] is not None and not fold["scores"]:

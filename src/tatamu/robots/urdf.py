@@ -53,7 +53,7 @@ def read_urdf(path: Path, root: ElementTree.Element, keep: Callable[[str], str])
         raise InputError(f"{path}: must be a URDF, given xacro; run `xacro {path.name} > robot.urdf`")
     if root.find("link") is None:
         raise InputError(
-            f"{path}: must have a link, given none; if it was made from a xacro file that only defines macros, "
+            f"{path}: must have a link, given none; if the URDF was made from a xacro file that only defines macros, "
             "run xacro on the robot's main file instead"
         )
     folder, strip = "", False  # to which mesh names are relative, and whether the paths in them are ignored
@@ -180,13 +180,12 @@ def _limit(path: Path, joint: ElementTree.Element) -> str:
     if kind == "continuous" and not narrower and low >= high:
         raise InputError(
             f"{path}: joint {joint.get('name')}: the lower limit must be below the upper limit, and both must be "
-            f"within {TURN:.2f} rad of 0, given {low:g} and {high:g}"
+            f"within ±{TURN:.2f} rad, given {low:g} and {high:g}"
         )
     if narrower and low >= high:
         raise InputError(
-            f"{path}: joint {joint.get('name')}: the soft limits must overlap the hard limits, but the "
-            f"stricter lower limit ({low:g}) is not below the stricter upper limit ({high:g}); correct or remove "
-            "safety_controller"
+            f"{path}: joint {joint.get('name')}: the soft limits must overlap the hard limits, but one lower limit is "
+            f"{low:g} and one upper limit is {high:g}; correct or remove safety_controller"
         )
     if limit is None:
         limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")

@@ -118,7 +118,7 @@ def search_names() -> list[str]:
 def register_search(name: str, make: MakeSearch) -> None:
     """Add a search under a new name, for `LearnOptions(sampler=name)`."""
     if name in search_names():
-        raise InputError(f"name: must be new, given {name!r}, which is already a search")
+        raise InputError(f"name: must be new, but there is already a search {name!r}")
     _REGISTERED[name] = make
 
 

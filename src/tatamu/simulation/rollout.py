@@ -58,10 +58,10 @@ def _check(times: np.ndarray, positions: np.ndarray, faces: np.ndarray) -> None:
     if (times.ndim, positions.ndim, faces.ndim) != (1, 3, 2):
         raise ValueError("times must have 1 dimension, positions 3, and faces 2")
     if times.dtype.kind != "f" or positions.dtype.kind != "f" or faces.dtype.kind not in "iu":
-        raise ValueError("times and positions must be floating point numbers, faces integers")
+        raise ValueError("times and positions must be floating point numbers, and faces integers")
     if positions.shape != (len(times), positions.shape[1], 3) or not len(times) or faces.shape[1] != 3:
         raise ValueError("positions must have x, y, z of each vertex at each time, and faces must have 3 vertices each")
     if not (np.isfinite(times).all() and np.isfinite(positions).all()):
         raise ValueError("times and positions must be finite")
     if not 0 <= faces.min(initial=0) <= faces.max(initial=0) < positions.shape[1]:
-        raise ValueError(f"faces must use vertices 0 to {positions.shape[1] - 1}")
+        raise ValueError(f"faces must be vertex indices from 0 to {positions.shape[1] - 1}")

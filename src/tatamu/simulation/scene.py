@@ -29,9 +29,7 @@ MAX_VERTICES = 150_000
 
 def _check_fibre(rest: np.ndarray, faces: np.ndarray, fibre: np.ndarray) -> None:
     if len(fibre) not in (1, len(faces)):
-        raise ValueError(
-            f"fibre must be one vector, or {len(faces)} vectors (one for each triangle), given {len(fibre)}"
-        )
+        raise ValueError(f"fibre must be one vector, or one for each of {len(faces)} triangles, given {len(fibre)}")
     a, b, c = (rest[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     within = np.linalg.norm(np.cross(normal, fibre), axis=1) / np.linalg.norm(normal, axis=1)
@@ -155,7 +153,7 @@ class Scene(Record):
         for number, gripper in enumerate(self.grippers):
             if max(gripper.vertices) >= count:
                 raise ValueError(
-                    f"grippers.{number}.vertices must be indices below {count}, the number of vertices, given "
+                    f"grippers.{number}.vertices must be vertex indices from 0 to {count - 1}, given "
                     f"{max(gripper.vertices)}"
                 )
         self._check_held_once()
@@ -163,8 +161,8 @@ class Scene(Record):
             depth = 0.5 * self.material.thickness + deepest(body, self.cloth.vertices, self.cloth.faces)
             if depth > self.material.thickness:
                 raise ValueError(
-                    f"bodies.{number} must begin outside the cloth, or inside it by at most the cloth's thickness "
-                    f"({self.material.thickness:g} m), given {depth:.3g} m; move the body or the cloth"
+                    f"bodies.{number} begins {depth:.3g} m deep in the cloth, more than the cloth's thickness "
+                    f"({self.material.thickness:g} m); move the body or the cloth"
                 )
         if self.frames > 200_000:
             raise ValueError(f"duration x frame_rate must not exceed 200000 frames, given {self.frames}")

@@ -44,8 +44,8 @@ class Capabilities:
         """Raise InputError if the scene has rigid bodies that the simulator `name` cannot simulate."""
         if scene.bodies and not self.bodies:
             raise InputError(
-                f"bodies: must be left out for {name}, which cannot simulate rigid bodies, given {len(scene.bodies)}; "
-                "simulate the scene with native"
+                f"bodies: {name} cannot simulate rigid bodies, given {len(scene.bodies)}; simulate the scene with "
+                "native"
             )
 
     def lacking(self, material: Material) -> list[str]:

@@ -198,7 +198,8 @@ class SharedDatabase:
                     ) from None
                 if monotonic() > deadline:
                     raise UnavailableError(
-                        f"{self.address}: has not answered for {seconds:g} s ({reason}); finished trials are kept"
+                        f"{self.address}: has not answered for {seconds:g} s ({reason}); finished trials are kept, so "
+                        "run the same command again later"
                     ) from None
                 sleep(PAUSE)
 

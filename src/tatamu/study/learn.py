@@ -125,8 +125,8 @@ def check_pending(options: LearnOptions, simulator: str) -> None:
     if options.parallel is not None and options.parallel > 1 and not capabilities(simulator).parallel:
         able = ", ".join(name for name in SIMULATORS if capabilities(name).parallel)
         raise InputError(
-            f"parallel: must be 1 with {simulator}, because only {able} runs several trials at a time, "
-            f"given {options.parallel}"
+            f"parallel: must be 1 with {simulator}, given {options.parallel}; only {able} can run several trials at a "
+            "time"
         )
 
 

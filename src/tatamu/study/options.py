@@ -62,7 +62,7 @@ class FoldOptions(Options):
     fold: str = Field(
         "half",
         description="Fold plan: half, quarters (towel), shop (tshirt), leg or thirds (trousers), another plan "
-        "that `tatamu plans` lists, your own file, or auto for the best.",
+        "that `tatamu plans` lists, your own file, or auto for the best plan.",
         json_schema_extra={"metavar": "NAME|FILE.toml"},
     )
     hands: StrictInt | None = Field(
@@ -98,13 +98,13 @@ class LearnOptions(Options):
     sampler: str = Field("gp", description="Method of the search: gp, tpe, cmaes or random.")
     grasps: Literal["integer", "continuous"] = Field(
         "integer",
-        description="How the search treats the number of a grasp candidate: as a whole number (integer), or as a real "
-        "number that is rounded down (continuous).",
+        description="How the search treats the index of a grasp candidate: `integer`, or `continuous` (a real number "
+        "that is rounded down).",
     )
     disturbances: Any = Field(
         None,
         description="Disturbances of hands, cloth and table that the fold must tolerate; with `none`, the search only "
-        "minimises the paper's C. Default: as in the study or the robot's .toml file, otherwise `default`.",
+        "minimises the objective C. Default: as in the study or the robot's .toml file, otherwise `default`.",
         json_schema_extra={"metavar": "default|none|FILE.toml"},
     )
     """As on the command line, or `Disturbances`; None for the default disturbances."""

@@ -284,4 +284,4 @@ def _check_arrays(folder: ResultFolder) -> None:
     if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu" or not len(faces):
         raise InputError(f"{file}: faces must be integers of shape (m, 3), given {faces.dtype} of shape {faces.shape}")
     if faces.min() < 0 or faces.max() >= count:
-        raise InputError(f"{file}: faces must use vertices 0 to {count - 1}")
+        raise InputError(f"{file}: faces must be vertex indices from 0 to {count - 1}")

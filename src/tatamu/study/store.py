@@ -271,7 +271,7 @@ def _shared_name(folder: ResultFolder, database: SharedDatabase | None) -> str |
         raise InputError(f"{folder.path}: the study is kept in study.db; leave --storage out, or give another folder")
     if kept is not None and kept.storage != database.address:
         raise InputError(
-            f"{folder.path}: the study is kept in {kept.storage}, given --storage {database.address}; correct "
+            f"{folder.path}: the study is kept in {kept.storage}, but --storage is {database.address}; correct "
             "--storage, or give another folder"
         )
     return kept.name if kept else None

@@ -83,8 +83,8 @@ def _task(path: Path, where: str, options: Options, model: type[BaseModel]) -> S
     name = own.pop("name", None)
     if name is not None and not (isinstance(name, str) and re.fullmatch(NAME, name)):
         raise InputError(
-            f"{path}: {where}.name: must be 1 to 100 letters, digits, '.', '_' or '-', the first a letter or digit, "
-            f"given {str(name)[:60]!r}"
+            f"{path}: {where}.name: must be 1 to 100 letters, digits, '.', '_' or '-', and begin with a letter or "
+            f"digit, given {str(name)[:60]!r}"
         )
     made = validated(model, own, f"{path}: {where}")
     given = made.model_dump(mode="json", exclude_unset=True)

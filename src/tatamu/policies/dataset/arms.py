@@ -60,7 +60,7 @@ def find_stand(wanted: RobotDraw, manipulation: Manipulation) -> Stand:
     best = best_placements(robot, hands, heights, place=wanted.place)[0]
     if not best.is_good:
         raise InputError(
-            f"robot: must reach the largest fold of the dataset, but {wanted.name} does not; give smaller sizes"
+            f"robot: {wanted.name} cannot reach the largest fold of the dataset; give a smaller width and length"
         )
     return Stand(
         robot=wanted.name,

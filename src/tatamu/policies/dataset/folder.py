@@ -110,7 +110,10 @@ class DatasetFolder:
         if self.started_file.exists():
             self.refuse_other(record, _read_record(self.started_file))
         elif known:
-            raise InputError(f"{self.path}: must be a new folder or the folder of a dataset; give another --out")
+            raise InputError(
+                f"{self.path}: must be a new folder or the folder of a dataset, but contains other files; give another "
+                "--out"
+            )
         else:
             write_json(self.started_file, record.model_dump(mode="json"))
 
@@ -123,13 +126,12 @@ class DatasetFolder:
         before = before or self.read()
         if before.specification != record.specification:
             raise InputError(
-                f"{self.path}: must contain a dataset made from this dataset file, but contains another one; give "
-                "another --out"
+                f"{self.path}: the dataset in this folder was made from another dataset file; give another --out"
             )
         if before.tatamu != record.tatamu and not self.is_finished:
             raise InputError(
-                f"{self.path}: must be continued with tatamu {before.tatamu}, which started the dataset, given "
-                f"{record.tatamu}; install that version, or give another --out"
+                f"{self.path}: the dataset was started with tatamu {before.tatamu} and cannot be continued with "
+                f"{record.tatamu}; install tatamu {before.tatamu}, or give another --out"
             )
 
     def keep(self, episode: Episode) -> None:

@@ -52,7 +52,7 @@ def replay(dataset: Path | str, episode: int) -> Replay:
     if not recorded.vertices == len(final) == now:
         given = recorded.vertices if recorded.vertices != now else len(final)
         raise InputError(
-            f"{folder.path}: episode {episode} must have as many vertices as its garment ({now}), given {given}"
+            f"{folder.path}: episode {episode} was recorded with {given} vertices, but the garment has {now}"
         )
     actions = _actions(folder, "lerobot" in about.specification.formats, episode)
     answers = play(env, actions, about.stand)

@@ -69,7 +69,9 @@ class FoldDraw(Record):
             if self.source == source and given is None:
                 raise ValueError(f"{name} must be given if source is {source!r}")
             if self.source != source and given is not None:
-                raise ValueError(f"{name} must only be given if source is {source!r}, given {self.source!r}")
+                raise ValueError(
+                    f"{name} must be left out if source is {self.source!r}; give source = {source!r} to use {name}"
+                )
         return self
 
 

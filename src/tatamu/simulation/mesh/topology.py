@@ -147,7 +147,9 @@ def check_mesh(rest: np.ndarray, faces: np.ndarray, seams: np.ndarray) -> None:
         raise ValueError("faces must contain at least one triangle, given none")
     if faces.min() < 0 or faces.max() >= count:
         wrong = int(np.argmax((faces < 0).any(1) | (faces >= count).any(1)))
-        raise ValueError(f"faces must use vertices 0 to {count - 1}, given {faces[wrong].tolist()} in triangle {wrong}")
+        raise ValueError(
+            f"faces must be vertex indices from 0 to {count - 1}, given {faces[wrong].tolist()} in triangle {wrong}"
+        )
     area = areas(rest, faces)
     flat = area < 1e-6 * longest_sides(rest, faces) ** 2
     if flat.any() or not area.min() > 1e-12:

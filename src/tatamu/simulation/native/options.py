@@ -192,7 +192,7 @@ def _checked(name: str, value: Any, default: Any) -> Any:
     if isinstance(default, tuple):
         parts = tuple(float(part) for part in value)
         if not parts or parts[0] != 1.0 or not all(0.0 < part <= 1.0 for part in parts):
-            raise InputError(f"{name}: must begin with 1 and continue with numbers above 0 and up to 1, given {value}")
+            raise InputError(f"{name}: must be 1, followed by numbers above 0 and at most 1, given {value}")
         return parts
     number = type(default)(value)
     if not 0.0 <= number < inf or (number == 0.0 and name in _POSITIVE):

@@ -248,7 +248,7 @@ class Simulation:
             if gripper.times[-1] > duration and missing > 1e-3:
                 lines.append(
                     f"grippers.{number}: the motion lasts until {gripper.times[-1]:g} s, but the scene ends at "
-                    f"{duration:g} s; give all times in seconds, or a longer duration"
+                    f"{duration:g} s; check that all times are in seconds, or give a longer duration"
                 )
         return lines
 
@@ -340,8 +340,8 @@ class Simulation:
         work = self.steps * self.sizes.kicks * self.sizes.substeps_per_kick * len(self.model.mass)
         if work > limits.most_work:
             raise SceneError(
-                f"the scene needs {work:.2g} vertex steps, which would take hours; the limit is "
-                f"{limits.most_work:g}; give a coarser mesh or a shorter duration"
+                f"the scene needs {work:.2g} vertex steps, more than the limit of {limits.most_work:g}, and would take "
+                "hours; give a coarser mesh or a shorter duration"
             )
 
 
