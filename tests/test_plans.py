@@ -267,7 +267,7 @@ def test_the_normal_points_away_from_the_side_that_moves() -> None:
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, 0.0], [0.0, 0.0]]"), "two different points"),
         (
             ("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, 0.0], [1.0, 0.0]]"),
-            "moves must point across the line, given -x for a line along x",
+            "moves must point across the fold line, given -x for a line along x",
         ),
         (("[[0.0, 0.0], [0.0, 1.0]]", "[[0.0, nan], [0.0, 1.0]]"), "step.1.line"),
         (('unit = "m"', 'unit = "inch"'), "unit"),

@@ -46,7 +46,7 @@ for command in COMMANDS:
 
 @app.command(hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def validate() -> None:
-    """Name the replacement of this former command."""
+    """Refuse this former command, and name its successor."""
     raise InputError("validate: no longer exists; run `python -m tests.physics` in a checkout of tatamu")
 
 

@@ -45,7 +45,7 @@ def observe(
     ),
     deviation: float | None = typer.Option(None, help="Standard deviation of the measurements [mm]; default: 1.5."),
     turned_in: str | None = typer.Option(
-        None, metavar="left|right|both", help="Corners that are turned in; these corners need no numbers."
+        None, metavar="left|right|both", help="Corners that are turned in; leave out their numbers."
     ),
     failed: bool = typer.Option(False, "--failed", help="The fold failed, so nothing can be measured."),
     form: Path | None = typer.Option(

@@ -48,7 +48,7 @@ def plan(
     ),
     wrist_offset: float | None = typer.Option(
         None,
-        help="HIRONX, NEXTAGE: distance from J4 to J5 along x [m]; default: -0.047; for an old HIRONX, give -0.040.",
+        help="HIRONX, NEXTAGE: position of J5 from J4 along x [m]; default: -0.047; for an old HIRONX, give -0.040.",
     ),
     fingertip: float | None = typer.Option(
         None,

@@ -44,5 +44,5 @@ def TwoFidelitySearch(
     first: Sequence[Parameters] = (),
 ) -> Search:
     """Return the search of one mesh."""
-    _warn("TwoFidelitySearch", "use GPSearch, because there is only one mesh now")
+    _warn("TwoFidelitySearch", "use GPSearch; all trials are simulated on one mesh")
     return make(space, seed, first)

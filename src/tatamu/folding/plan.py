@@ -50,7 +50,9 @@ class Step(Record):
         if not np.hypot(*direction) > 1e-6:
             raise ValueError(f"line must have two different points, given {list(map(list, self.line))}")
         if abs(np.cross([*direction, 0.0], [*SIDES[self.moves], 0.0])[2]) < 1e-9:
-            raise ValueError(f"moves must point across the line, given {self.moves} for a line along {self.moves[1]}")
+            raise ValueError(
+                f"moves must point across the fold line, given {self.moves} for a line along {self.moves[1]}"
+            )
         return self
 
 

@@ -173,7 +173,7 @@ def _region(rings: Sequence[np.ndarray], holes: bool | None) -> tuple[shapely.Po
         is_hole = np.array([outer.covers(ring) and not _follows(ring, outer) for ring in inner], dtype=bool)
         if not is_hole.all():
             left_out = counted(inner[~is_hole], "closed curve")
-            notes.append(f"curves along or across the inner outline are left out: {left_out}")
+            notes.append(f"curves that follow or cross the seam are left out: {left_out}")
         inner = inner[is_hole]
     if holes is False and len(inner):
         notes.append(f"curves inside the outline are left out, because holes = false: {counted(inner, 'closed curve')}")

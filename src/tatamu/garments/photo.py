@@ -265,7 +265,7 @@ def straightened(outline: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     moved = np.column_stack([outline, np.ones(len(outline))]) @ matrix.T
     if not (moved[:, 2] > 1e-9 * np.abs(moved).max()).all():
         raise InputError(
-            "sheet: with these corners, part of the garment would lie beyond the horizon of the table; correct the "
+            "sheet: with these corners, the camera could not see all of the garment from above the table; correct the "
             "corners"
         )
     return np.asarray(moved[:, :2] / moved[:, 2:])

@@ -86,7 +86,7 @@ def install(folder: Path | None = None) -> Path:
     packages = (f"bpy=={VERSION}", "numpy<2")
     _run([str(python), "-m", "pip", "install", "--quiet", *packages], "cannot install bpy")
     if not _works(python):
-        raise InputError(f"install blender: {python} cannot import bpy; install Blender's system libraries")
+        raise InputError(f"tatamu install blender: {python} cannot import bpy; install Blender's system libraries")
     return python
 
 
@@ -100,7 +100,7 @@ def _base_python() -> str:
     found = shutil.which(f"python{PYTHON}")
     if found is None:
         raise InputError(
-            f"install blender: needs Python {PYTHON}, but no python{PYTHON} is on the search path; install this "
+            f"tatamu install blender: needs Python {PYTHON}, but no python{PYTHON} is on the search path; install this "
             "version of Python, or install the program Blender (3.4 or later) yourself"
         )
     return found
@@ -110,4 +110,6 @@ def _run(command: list[str], failure: str) -> None:
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         lines = (done.stderr or done.stdout).strip().splitlines()
-        raise InputError(f"install blender: {failure} ({lines[-1] if lines else f'exit code {done.returncode}'})")
+        raise InputError(
+            f"tatamu install blender: {failure} ({lines[-1] if lines else f'exit code {done.returncode}'})"
+        )
