@@ -52,6 +52,7 @@ RENAMED = {
     "lerobot.extras": "base.extras",
     "lerobot.layout": "lerobot.files",
     "lerobot.statistics": "lerobot.feature",
+    **dict.fromkeys(("heavy_strip.cantilever", "heavy_strip.crease"), "simulation.heavy_strip"),
     "locks": "base.files",
     "margins": "after.margins",
     "margins.alone": "after.margins.measurement",
