@@ -35,6 +35,7 @@ RENAMED = {
     "cluster.call": "cluster.versions",
     "crosscheck": "after.second_opinion",
     "dataset.subject": "policies.dataset.record",
+    "folding.hold": "folding.coverage",
     "folding.pinch": "folding.grasps",
     "folding.shift": "folding.manipulation",
     "disturbances.world": "evaluation.disturbances.scenario",

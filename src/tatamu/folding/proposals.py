@@ -12,9 +12,8 @@ import numpy as np
 
 from tatamu.base.errors import InputError
 from tatamu.folding.appendages import Appendage, appendages, has_legs, silhouette
-from tatamu.folding.coverage import Part
+from tatamu.folding.coverage import Part, covered, grasp_for
 from tatamu.folding.grasps import farthest_edge
-from tatamu.folding.hold import covered, grasp_for
 from tatamu.folding.ideal import crease_of
 from tatamu.folding.layout import Layout
 from tatamu.folding.plan import Plan, line_of
