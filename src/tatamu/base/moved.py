@@ -37,6 +37,7 @@ RENAMED = {
     "dataset.subject": "policies.dataset.record",
     "folding.hold": "folding.coverage",
     "folding.pinch": "folding.grasps",
+    "folding.proposals": "folding.plans",
     "folding.shift": "folding.manipulation",
     "disturbances.world": "evaluation.disturbances.scenario",
     "garments.apparel": "garments.dxf",

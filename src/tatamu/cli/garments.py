@@ -12,7 +12,7 @@ from tatamu.base.files import write_bytes, write_text
 from tatamu.base.size import parse_size
 
 if TYPE_CHECKING:
-    from tatamu.folding.proposals import Proposal
+    from tatamu.folding.plans import Proposal
     from tatamu.garments import Garment
     from tatamu.report.garment import FoldMark
 

@@ -8,8 +8,7 @@ from tatamu.base.errors import InputError
 from tatamu.folding.coverage import Part, covered, other_grasp
 from tatamu.folding.layout import Layout
 from tatamu.folding.plan import Plan, Step
-from tatamu.folding.plans import known_plans, make_plan
-from tatamu.folding.proposals import AUTO_PLAN, Proposal, propose
+from tatamu.folding.plans import AUTO_PLAN, Proposal, known_plans, make_plan, propose
 from tatamu.garments import Garment
 
 
