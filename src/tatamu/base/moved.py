@@ -80,6 +80,7 @@ RENAMED = {
     "robots.links": "robots.stage",
     "robots.planned": "robots.planfile",
     "robots.timing": "robots.motion",
+    "search.expected_improvement": "search.gp",
     "search.registry": "search.search",
     "settling": "simulation.material",
     "simulators.blender.install": "simulation.blender.discovery",
