@@ -36,6 +36,7 @@ RENAMED = {
     "crosscheck": "after.second_opinion",
     "dataset.subject": "policies.dataset.record",
     "folding.hold": "folding.coverage",
+    "folding.marks": "folding.score",
     "folding.pinch": "folding.grasps",
     "folding.proposals": "folding.plans",
     "folding.shift": "folding.manipulation",
