@@ -72,7 +72,7 @@ RENAMED = {
     "presentation": "show",
     "presentation.packing": "show.replay",
     "presentation.tube": "show.solids",
-    "report.notebook": "report.replay",
+    **dict.fromkeys(("report.notebook", "report.replay"), "report.page"),
     **dict.fromkeys(("robots.bags", "robots.goals", "robots.tables"), "robots.exports"),
     "robots.contacts": "robots.stage",
     "robots.interfaces": "robots.arm",
