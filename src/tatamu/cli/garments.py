@@ -47,7 +47,7 @@ def garments() -> None:
     from rich.console import Console
 
     from tatamu.garments import DESCRIPTIONS, make_garment
-    from tatamu.show.table import Table, terminal
+    from tatamu.show.quantity import Table, terminal
     from tatamu.simulation.material import preset_names
     from tatamu.simulation.presets import load_preset
 
