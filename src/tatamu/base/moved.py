@@ -89,6 +89,7 @@ RENAMED = {
     "simulators.capabilities": "simulation.simulators",
     "simulators.mujoco.hold": "simulation.mujoco.controlled",
     "simulators.mujoco.rigid": "simulation.mujoco.controlled",
+    "simulators.native.memory": "simulation.native",
     "simulators.native.memory.kernel_cache": "simulation.native.compiled",
     "simulators.native.rest": "simulation.native.snapshot",
     "simulators.native.simulator": "simulation.native",

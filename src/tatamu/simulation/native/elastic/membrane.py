@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tatamu.simulation.material import Material
+from tatamu.simulation.native.bands import BLOCK, Bands
 from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.elastic import symmetric, wrinkling
-from tatamu.simulation.native.memory.bands import BLOCK, Bands
 from tatamu.simulation.scene import MIN_IN_PLANE
 
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
