@@ -34,7 +34,7 @@ RENAMED = {
     "cluster.arguments": "cluster.executor",
     "cluster.call": "cluster.versions",
     "crosscheck": "after.second_opinion",
-    "dataset.subject": "policies.dataset.record",
+    **dict.fromkeys(("dataset.subject", "dataset.table"), "policies.dataset.record"),
     "folding.hold": "folding.coverage",
     "folding.marks": "folding.score",
     "folding.pinch": "folding.grasps",
