@@ -15,7 +15,7 @@ MOVED = {
     **dict.fromkeys(("arrays", "curves", "errors", "extras", "files", "records", "size", "version"), "base"),
     **dict.fromkeys(("body", "clearance", "heavy_strip", "material", "presets", "rollout", "scene"), "simulation"),
     "simulators": "simulation",
-    **dict.fromkeys(("crossings", "meshing", "subdivision", "topology", "zbuffer"), "simulation.mesh"),
+    **dict.fromkeys(("crossings", "meshing", "topology", "zbuffer"), "simulation.mesh"),
     "dataset": "policies",
     "disturbances": "evaluation",
     "instruments": "calibration",
@@ -94,6 +94,7 @@ RENAMED = {
     "simulators.native.rest": "simulation.native.snapshot",
     "simulators.native.simulator": "simulation.native",
     "simulators.native.targets": "simulation.native.grippers",
+    "subdivision": "simulation.mesh.meshing",
     **{f"simulators.{name}": f"simulation.{name}" for name in ("blender", "mujoco", "native")},
 }
 """Former name to the present one."""

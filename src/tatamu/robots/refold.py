@@ -20,7 +20,7 @@ from tatamu.robots.planfile import JawFile
 from tatamu.robots.pose import into
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.simulation.body import Body
-from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
+from tatamu.simulation.mesh.meshing import before_subdivision, subdivided
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
@@ -100,7 +100,7 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     scene = rehearsed_scene(rehearsal, learned)
     count = halvings_for(learned, simulator) if halvings is None else halvings
     both = [subdivided(one, count) for one in (scene, learned)]
-    robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
+    robot, floating = (before_subdivision(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
     known: Result | None = None
     why_not: str | None = "the plan contains no result.json of the learned fold"
     if folder.result_file.is_file():
