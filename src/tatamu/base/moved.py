@@ -95,6 +95,7 @@ RENAMED = {
     "simulators.native.simulator": "simulation.native",
     "simulators.native.targets": "simulation.native.grippers",
     "subdivision": "simulation.mesh.meshing",
+    "simulators.timeline": "simulation.scene",
     **{f"simulators.{name}": f"simulation.{name}" for name in ("blender", "mujoco", "native")},
 }
 """Former name to the present one."""

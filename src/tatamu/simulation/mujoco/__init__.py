@@ -13,10 +13,9 @@ from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.mujoco.controlled import HeldVertices, MovingBody
 from tatamu.simulation.mujoco.model import compiled, engine, vertex_masses
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Scene
+from tatamu.simulation.scene import Scene, Segment, segments
 from tatamu.simulation.side_by_side import side_by_side
 from tatamu.simulation.simulators import Capabilities
-from tatamu.simulation.timeline import Segment, segments
 
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
 """Bending energy is quadratic, so a fold collapses into a flat crease on a mesh coarser than 0.37 bending lengths.
