@@ -68,6 +68,7 @@ RENAMED = {
     "photographs.located": "cameras.locate",
     "photographs.look": "cameras.pictures",
     "photographs.mounting": "cameras.pose",
+    "photographs.opencv": "cameras",
     "photographs.printing": "cameras.board",
     "presentation": "show",
     "presentation.packing": "show.replay",
