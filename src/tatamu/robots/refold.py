@@ -73,10 +73,10 @@ class Refold:
 
 def halvings_for(scene: Scene, simulator: str) -> int:
     """Return how many times, at most twice, the edges of a scene's mesh must be halved for a simulator."""
-    coarsest = capabilities(simulator).usable_cell or np.inf
+    largest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
-    needed = int(np.ceil(np.log2(max(cells / coarsest, 1e-9))))
+    needed = int(np.ceil(np.log2(max(cells / largest, 1e-9))))
     return min(max(0, needed), 2)
 
 

@@ -68,7 +68,8 @@ class Cloth(Record):
             )
         if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
-                f"the cloth must have at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a coarser mesh"
+                f"the cloth must have at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a larger "
+                "spacing"
             )
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:
