@@ -90,6 +90,7 @@ RENAMED = {
     "simulators.capabilities": "simulation.simulators",
     "simulators.mujoco.hold": "simulation.mujoco.controlled",
     "simulators.mujoco.rigid": "simulation.mujoco.controlled",
+    "simulators.native.elastic.wrinkling": "simulation.native.elastic.membrane",
     "simulators.native.memory": "simulation.native",
     "simulators.native.memory.kernel_cache": "simulation.native.compiled",
     "simulators.native.rest": "simulation.native.snapshot",
