@@ -25,7 +25,7 @@ from tatamu.folding.manipulation import Manipulation
 from tatamu.folding.score import Score, score
 from tatamu.folding.task import Task, make_task
 from tatamu.folding.trial_scene import scene_of
-from tatamu.simulation.mesh.subdivision import on_coarse_mesh
+from tatamu.simulation.mesh.meshing import before_subdivision
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import simulate
 from tatamu.study.options import LearnOptions
@@ -93,7 +93,7 @@ def final(learned: Result, scene: Scene, simulator: str, path: Path) -> np.ndarr
         halved = simulator == HALVED
         try:
             rollout = simulate(modify_scene(scene, None, halved), "native" if halved else simulator)
-            found = on_coarse_mesh(rollout, learned.faces).positions[-1]
+            found = before_subdivision(rollout, learned.faces).positions[-1]
         except SimulationError:
             found = np.empty((0, 3))
         np.save(path, found)

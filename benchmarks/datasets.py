@@ -26,9 +26,9 @@ from tatamu.folding.trial_scene import scene_of
 from tatamu.lerobot import LeRobotReader
 from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset
 from tatamu.policies.dataset.episode import Recorder, make_env, record_episode
+from tatamu.policies.dataset.record import read_records
 from tatamu.policies.dataset.sources import draw_fold
 from tatamu.policies.dataset.states import read_states
-from tatamu.policies.dataset.table import read_records
 from tatamu.policies.envs import HandsEnv
 from tatamu.policies.envs.cameras import CAMERAS, Studio
 from tatamu.policies.envs.hands import HandsOptions

@@ -29,8 +29,7 @@ from tatamu.api import learn
 from tatamu.evaluation.disturbances import Scenario, Split, disturbed_hands, hand_failure, split
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.manipulation import HandShift
-from tatamu.folding.marks import MARKS, marks
-from tatamu.folding.score import Score
+from tatamu.folding.score import MARKS, Score, marks
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.side_by_side import processors
 from tatamu.study.folder import ResultFolder

@@ -33,7 +33,7 @@ from tatamu.cameras.reading import FoldReader, FoldReading
 from tatamu.cameras.shape import shape_of
 from tatamu.evaluation.nominal import Nominal
 from tatamu.folding.fold import Fold
-from tatamu.folding.marks import MARKS, marks
+from tatamu.folding.score import MARKS, marks
 from tatamu.folding.task import Task, make_task
 from tatamu.garments import Garment, make_garment
 

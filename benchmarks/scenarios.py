@@ -22,7 +22,7 @@ from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.scenarios import Scenarios, array_scenarios
 from tatamu.folding.parameters import arched_inwards
 from tatamu.folding.score import Limits, score
-from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
+from tatamu.simulation.mesh.meshing import before_subdivision, subdivided
 from tatamu.simulation.side_by_side import processors
 from tatamu.simulation.simulators import simulate
 from tatamu.study.learn import learn
@@ -84,7 +84,7 @@ def verdicts(case: str, index: int) -> list[float | None]:
     if found.rollout is None:
         return [None, None]
     fine = simulate(subdivided(disturbed_scene(fold, manipulation, scenario)), task.simulator)
-    ends = [found.rollout.positions[-1], on_coarse_mesh(fine, found.rollout.faces).positions[-1]]
+    ends = [found.rollout.positions[-1], before_subdivision(fine, found.rollout.faces).positions[-1]]
     scores = [score(fold, 0.0, end) for end in ends]
     return [each.mean_vertex_distance if Limits().hold(each) else None for each in scores]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import tatamu as tt
 from tatamu.evaluation.disturbances import Scenario
-from tatamu.folding.marks import marks
+from tatamu.folding.score import marks
 
 REALITY = Scenario({"hands.offset.along": 0.008})
 

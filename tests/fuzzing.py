@@ -39,9 +39,8 @@ from tatamu.evaluation.disturbances.description import OWN, read_disturbances
 from tatamu.evaluation.draws import read_outcomes
 from tatamu.folding.plans import make_plan
 from tatamu.garments import make_garment
-from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.record import EpisodeRecord, read_outcome, row_of, write_table
 from tatamu.policies.dataset.states import read_states
-from tatamu.policies.dataset.table import read_outcome, row_of, write_table
 from tatamu.robots.catalog import described
 from tatamu.robots.planfile import Planned
 from tatamu.simulation.material import PRESETS, load_material

@@ -10,9 +10,9 @@ from functools import cache
 
 import numpy as np
 
+from tatamu.cameras import opencv
 from tatamu.cameras.board import DOTS, PAPERS, Board, page
 from tatamu.cameras.camera import Camera
-from tatamu.cameras.opencv import opencv
 from tatamu.cameras.pose import Pose
 from tatamu.show.raster import vertex_normals
 from tatamu.simulation.mesh.topology import Topology

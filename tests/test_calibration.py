@@ -26,7 +26,7 @@ from tatamu.calibration.result import Calibration
 from tatamu.calibration.sag import Sag
 from tatamu.calibration.uncertainty import Sensitivity, Slopes, contributions, slopes
 from tatamu.garments import make_garment
-from tatamu.simulation.heavy_strip.cantilever import tip
+from tatamu.simulation.heavy_strip import tip
 from tatamu.simulation.material import GRAVITY, load_material
 from tests.browser import Phone
 

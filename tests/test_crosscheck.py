@@ -17,7 +17,7 @@ from tatamu.base.errors import InputError
 from tatamu.folding.task import make_task
 from tatamu.report import command
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.subdivision import subdivided
+from tatamu.simulation.mesh.meshing import subdivided
 from tatamu.simulation.mesh.topology import Topology, areas
 from tatamu.simulation.scene import Gripper, Scene
 from tatamu.simulation.simulators import SIMULATORS, simulate

@@ -17,10 +17,9 @@ from tatamu.folding.score import MEASURES
 from tatamu.lerobot import LeRobotReader
 from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset, read_specification, replay
 from tatamu.policies.dataset.distribution import Normal, Uniform, draw, highest
-from tatamu.policies.dataset.record import EpisodeRecord, with_shares
+from tatamu.policies.dataset.record import EpisodeRecord, read_records, with_shares
 from tatamu.policies.dataset.sources import draw_fold, read_runs
 from tatamu.policies.dataset.states import read_states
-from tatamu.policies.dataset.table import read_records
 from tatamu.study.result import Result
 from tests.refusals import refusal
 from tests.small_studies import bytes_in

@@ -11,7 +11,7 @@ import pytest
 from tatamu import Result
 from tatamu.lerobot import LeRobotReader
 from tatamu.policies.dataset import DatasetFolder, DatasetSpecification, make_dataset, replay
-from tatamu.policies.dataset.table import read_records
+from tatamu.policies.dataset.record import read_records
 from tatamu.sweep import SweepFolder, SweepTask, run_sweep
 from tests.small_studies import bytes_in, learn_plain
 from tests.small_studies import towel as coarse_towel

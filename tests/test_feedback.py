@@ -39,7 +39,7 @@ from tatamu.evaluation.disturbances import (
 from tatamu.evaluation.disturbances.systematic import share
 from tatamu.evaluation.outcome import Outcome
 from tatamu.folding.manipulation import HandShift
-from tatamu.folding.marks import MARKS, marks
+from tatamu.folding.score import MARKS, marks
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.rollout import Rollout
 from tatamu.study.options import LearnOptions

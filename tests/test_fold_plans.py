@@ -17,8 +17,7 @@ from tatamu.folding.coverage import MAX_OVERHANG, MAX_TAIL, best_coverage, uncar
 from tatamu.folding.fold import fold_of, ideal_folds
 from tatamu.folding.layout import Layout
 from tatamu.folding.plan import Plan, load_plan
-from tatamu.folding.plans import PLANS, make_plan
-from tatamu.folding.proposals import propose
+from tatamu.folding.plans import PLANS, make_plan, propose
 from tatamu.folding.task import make_task
 from tatamu.garments import Garment, make_garment
 from tatamu.garments.outline import Outline

@@ -13,7 +13,7 @@ from tatamu.folding.manipulation import TOP_SPEED, bezier_manipulation
 from tatamu.folding.score import score, shape_distance, top_views
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import make_garment
-from tatamu.simulation.heavy_strip.crease import crease
+from tatamu.simulation.heavy_strip import crease
 
 
 @pytest.fixture(scope="module")

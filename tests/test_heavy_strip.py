@@ -10,9 +10,19 @@ from numpy.testing import assert_allclose
 from scipy.optimize import nnls
 
 from tatamu.base.errors import TatamuError
-from tatamu.simulation.heavy_strip import cantilever
-from tatamu.simulation.heavy_strip import crease as crease_module
-from tatamu.simulation.heavy_strip.crease import AFTER, HALF_LENGTH, LINKS, STEP, crease, least_energy, nodes
+from tatamu.simulation import heavy_strip
+from tatamu.simulation.heavy_strip import (
+    AFTER,
+    HALF_LENGTH,
+    LINKS,
+    STEP,
+    cantilever,
+    chord,
+    crease,
+    least_energy,
+    nodes,
+    tip,
+)
 from tests.physics import chain as chain_module
 from tests.physics.chain import ChainEnergy, FoldedStrip
 
@@ -33,22 +43,22 @@ TABLE = [
 
 @pytest.mark.parametrize(("gamma", "reach", "drop", "slope"), TABLE)
 def test_cantilever_agrees_with_the_table(gamma: float, reach: float, drop: float, slope: float) -> None:
-    x, y, theta = cantilever.tip(gamma)
+    x, y, theta = tip(gamma)
     assert_allclose([x, y], [reach, drop], atol=2e-5)
     assert_allclose(np.degrees(theta), slope, atol=2e-2)
 
 
 def test_cantilever_keeps_its_length() -> None:
-    shape = cantilever.cantilever(30.0, 2001)
+    shape = cantilever(30.0, 2001)
     assert_allclose(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum(), 1.0, rtol=1e-5)
 
 
 def test_a_stiff_cantilever_drops_by_an_eighth_of_gamma() -> None:
-    assert_allclose(cantilever.tip(0.02)[1], 0.02 / 8, rtol=1e-3)
+    assert_allclose(tip(0.02)[1], 0.02 / 8, rtol=1e-3)
 
 
 def test_the_astm_angle_is_reached_at_twice_the_bending_length() -> None:
-    assert_allclose(np.degrees(cantilever.chord(8.0)), 41.49, atol=0.01)
+    assert_allclose(np.degrees(chord(8.0)), 41.49, atol=0.01)
 
 
 def test_chain_has_the_gradient_and_curvature_of_its_energy() -> None:
@@ -111,7 +121,7 @@ def test_a_crease_is_in_equilibrium(thickness: float) -> None:
     """Bending and weight are balanced by the hold of the ends and by contacts that push: Karush, Kuhn and Tucker."""
     phi = least_energy(thickness)
     assert _unbalanced(phi, thickness) < 1e-3
-    assert _unbalanced(crease_module.guess(), thickness) > 0.1
+    assert _unbalanced(heavy_strip.guess(), thickness) > 0.1
 
 
 def _unbalanced(phi: np.ndarray, thickness: float) -> float:
@@ -133,8 +143,8 @@ def _unbalanced(phi: np.ndarray, thickness: float) -> float:
 
 
 def test_a_crease_that_is_not_found_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    lost = SimpleNamespace(success=False, message="iteration limit reached", x=crease_module.guess())
-    monkeypatch.setattr(crease_module, "minimize", lambda *given, **more: lost)
+    lost = SimpleNamespace(success=False, message="iteration limit reached", x=heavy_strip.guess())
+    monkeypatch.setattr(heavy_strip, "minimize", lambda *given, **more: lost)
     with pytest.raises(TatamuError, match=r"crease: .*0\.123.*iteration limit reached"):
         crease(1.0, 0.123)
 

@@ -61,7 +61,7 @@ def test_kernels_are_forgotten_when_a_file_moves_to_another_room(folder: Path) -
 
 def test_the_folder_that_is_looked_at_is_that_of_the_simulator() -> None:
     assert Path(tatamu.simulation.native.__file__).parent == NATIVE
-    assert {"contact", "elastic", "memory"} <= {file.parent.name for file in NATIVE.rglob("*.py")}
+    assert {"contact", "elastic", "bodies"} <= {file.parent.name for file in NATIVE.rglob("*.py")}
 
 
 EVERYTHING = Features(friction=True, wrinkles=True, air=True, bodies=True)

@@ -11,8 +11,8 @@ from tatamu.garments import make_garment
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology, areas
+from tatamu.simulation.native.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
 from tatamu.simulation.native.elastic import bending, curvature, membrane, symmetric
-from tatamu.simulation.native.memory.bands import BLOCK, Bands, bands, slots, turned, turned_hinges
 from tatamu.simulation.native.options import ElasticOptions
 from tests.physics.meshes import LAYOUTS
 from tests.scenes import CLOTH

@@ -7,7 +7,7 @@ import pytest
 
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.mesh.topology import Topology
-from tatamu.simulation.native.memory.lattice import MIN_PATCH, Patch, patches
+from tatamu.simulation.native.lattice import MIN_PATCH, Patch, patches
 from tests.physics.meshes import LAYOUTS
 
 Mesh = tuple[np.ndarray, np.ndarray]

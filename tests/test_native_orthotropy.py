@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tatamu.simulation.material import Material, load_material
-from tatamu.simulation.mesh.subdivision import subdivided
+from tatamu.simulation.mesh.meshing import subdivided
 from tatamu.simulation.native.elastic import curvature, membrane
 from tatamu.simulation.scene import Cloth, Scene
 from tatamu.simulation.simulators import capabilities

@@ -13,7 +13,8 @@ from tatamu.simulation.native.compiled import NATIVE
 NAME = "tatamu.simulation.native."
 ORDER = [
     ["addresses", "compiled", "options"],
-    ["geometry", "memory"],
+    ["geometry", "lattice"],
+    ["bands"],
     ["elastic", "contact"],
     ["air", "led_bodies"],
     ["model"],
@@ -66,6 +67,6 @@ def test_the_symbol_table_names_only_what_there_is() -> None:
     records = {name: found for module in modules for name, found in vars(module).items() if isinstance(found, type)}
     for name, field in re.findall(r"`([A-Z]\w+)\.(\w+)`", text):
         assert hasattr(records[name], field) or field in records[name].__annotations__, f"{name}.{field}"
-    for place in re.findall(r"`((?:contact|elastic|memory)\.\w+)", text):
+    for place in re.findall(r"`((?:contact|elastic)\.\w+|bands\b)", text):
         assert place in _imports(), place
     assert len(re.findall(r"`[A-Z]\w+\.\w+`", text)) > 15

@@ -26,7 +26,7 @@ from tatamu.cameras.pose import Pose, parse_pose, parse_touched, touched_pose
 from tatamu.cameras.reading import FoldReader, FoldReading
 from tatamu.cameras.shape import lay, shape_of
 from tatamu.folding.fold import Fold
-from tatamu.folding.marks import marks
+from tatamu.folding.score import marks
 from tatamu.folding.task import make_task
 from tatamu.garments import make_garment
 from tests.commands import command

@@ -19,7 +19,7 @@ from tatamu.folding.score import score
 from tatamu.folding.task import make_task
 from tatamu.folding.trial_scene import scene_of
 from tatamu.garments import Garment, make_garment
-from tatamu.simulation.heavy_strip.crease import crease
+from tatamu.simulation.heavy_strip import crease
 from tatamu.simulation.mesh.crossings import crossings
 from tatamu.simulation.mesh.topology import Topology
 from tatamu.simulation.presets import load_preset

@@ -53,7 +53,7 @@ def _specification(**given: Any) -> Any:
 
 def test_lerobots_loader_reads_what_was_written(told: dict[str, Any]) -> None:
     from tatamu.lerobot import LeRobotReader
-    from tatamu.policies.dataset.table import read_records
+    from tatamu.policies.dataset.record import read_records
 
     records = read_records(Path(told["root"]) / "episodes.parquet")
     reader = LeRobotReader(told["root"])

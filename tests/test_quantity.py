@@ -9,8 +9,7 @@ from rich.console import Console
 
 from tatamu.show.material import FIELDS, filed_units, properties
 from tatamu.show.page import render
-from tatamu.show.quantity import UNITS, Quantity, shown
-from tatamu.show.table import Table, terminal
+from tatamu.show.quantity import UNITS, Quantity, Table, shown, terminal
 from tatamu.simulation.material import Material
 
 CLOTH = Material(areal_density=0.2, stretch_stiffness=300.0, bending_rigidity=1.5e-5)

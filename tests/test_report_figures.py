@@ -15,8 +15,8 @@ from PIL import Image
 from tatamu.report import picture
 from tatamu.report.errormap import largest, maps
 from tatamu.report.histogram import bin_width, histogram
+from tatamu.report.page import replay
 from tatamu.report.paths import plot
-from tatamu.report.replay import replay
 from tatamu.show.raster import View, rasterise, vertex_normals
 from tatamu.show.replay import FRAMES, frames, motion
 from tatamu.show.solids import tube

@@ -11,9 +11,8 @@ from scipy.optimize import approx_fprime
 
 from tatamu import GPSearch, InputError
 from tatamu.search import Bounds, Proposal, Space
-from tatamu.search.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
 from tatamu.search.gaussian_process import GaussianProcess, _Posterior
-from tatamu.search.gp import APART
+from tatamu.search.gp import APART, log_expected_improvement, log_expected_improvement_beyond
 from tatamu.search.space import KnownPart
 
 BOUNDS = {"x": Bounds(-1.0, 3.0), "y": Bounds(0.0, 0.5), "g": Bounds(0, 6, whole=True)}

@@ -25,8 +25,8 @@ from tatamu import (
 )
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.parameters import ARCHED, HIGH, search_space, transfer
+from tatamu.report.page import hands
 from tatamu.report.plan import joined_path
-from tatamu.report.replay import hands
 from tatamu.search import Space
 from tatamu.study.folder import ResultFolder
 from tests.small_studies import bytes_in, plain, timeless, towel

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from tatamu.base.errors import SimulationError
-from tatamu.simulation.heavy_strip.cantilever import cantilever
+from tatamu.simulation.heavy_strip import cantilever
 from tatamu.simulation.material import Material
 from tatamu.simulation.scene import Scene
 from tests.fakes import Motion, still, subject

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.testing import assert_allclose
 
-from tatamu.simulation.heavy_strip.cantilever import chord
+from tatamu.simulation.heavy_strip import chord
 from tatamu.simulation.material import Material
 from tatamu.simulation.native.elastic import curvature, membrane
 from tests.physics import frictional_strip, plate, references

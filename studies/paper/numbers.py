@@ -26,7 +26,7 @@ from studies.paper.experiment import FOLDS, SPACING, Choices
 from tatamu.folding.baselines import BASELINES
 from tatamu.folding.trial_scene import scene_of
 from tatamu.simulation.blender.process import WORKERS
-from tatamu.simulation.heavy_strip.cantilever import cantilever
+from tatamu.simulation.heavy_strip import cantilever
 from tatamu.simulation.material import GRAVITY, Material, load_material
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.scene import Cloth, Scene

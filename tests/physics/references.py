@@ -2,7 +2,7 @@
 
 Symbols: g is gravity [m/s^2], rho areal density [kg/m^2], Y membrane stiffness [N/m], nu Poisson ratio [-], mu Coulomb
     coefficient [-], G shear stiffness [N/m], B bending rigidity [N m], and L length [m]. Longer solutions are in the
-    modules `frictional_strip` and `plate`, and in the package `tatamu.simulation.heavy_strip`.
+    modules `frictional_strip` and `plate`, and in `tatamu.simulation.heavy_strip`.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ ruler pushes the near edge by s, and the far edge moves by p. Friction shortens 
 
     s - p = mu rho g L^2 / (2 c Y)
 
-The factor c is the fraction of Y that resists compression. A factor below 1 represents wrinkles that are too small for
-a coarse mesh.
+The factor c is the fraction of Y that resists compression. A factor below 1 represents wrinkles that are finer
+than the mesh.
 """
 
 from __future__ import annotations

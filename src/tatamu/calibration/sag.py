@@ -27,7 +27,7 @@ from tatamu.calibration.test import CLOTH, ElasticTest, Readings, Specimen, Targ
 from tatamu.garments import Garment
 from tatamu.show.drawing import Drawing
 from tatamu.show.shapes import Box
-from tatamu.simulation.heavy_strip.cantilever import slowest_frequency, tip
+from tatamu.simulation.heavy_strip import slowest_frequency, tip
 from tatamu.simulation.material import GRAVITY, Material, settling
 from tatamu.simulation.mesh.meshing import staggered_rectangle
 from tatamu.simulation.rollout import Rollout

@@ -19,7 +19,7 @@ from pydantic import Field
 
 from tatamu.base.files import read_record, replacing, write_text
 from tatamu.base.records import Record
-from tatamu.cameras.opencv import opencv
+from tatamu.cameras import opencv
 
 PAPERS = {"a4": (0.210, 0.297), "letter": (0.2159, 0.2794)}
 """Width and height of each paper size [m] (ISO 216, ANSI/ASME Y14.1)."""

@@ -20,8 +20,8 @@ import shapely
 from scipy.optimize import OptimizeResult, least_squares
 
 from tatamu.base.errors import InputError
+from tatamu.cameras import opencv
 from tatamu.cameras.lens import Lens, expected
-from tatamu.cameras.opencv import opencv
 from tatamu.cameras.pose import Pose
 
 LENS = 5

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, median_filter
 
-from tatamu.cameras.opencv import opencv
+from tatamu.cameras import opencv
 
 STEP = 0.5
 """Distance between samples of the colour along a line that crosses an edge of cloth [pixels]."""

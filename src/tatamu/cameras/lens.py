@@ -16,7 +16,7 @@ from pydantic import Field
 from tatamu.base.errors import InputError
 from tatamu.base.files import read_record, write_text
 from tatamu.base.records import Record
-from tatamu.cameras.opencv import opencv
+from tatamu.cameras import opencv
 
 USUAL = 0.85
 """Focal length of a usual phone, as a fraction of the picture's longer side."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from tatamu.base.errors import InputError
+from tatamu.cameras import opencv
 from tatamu.cameras.board import MARKERS, Board
 from tatamu.cameras.camera import Seen
-from tatamu.cameras.opencv import opencv
 
 MIN_CORNERS = 8
 """Minimum number of corners that give the pose of a page."""

@@ -11,12 +11,12 @@ import shapely
 from scipy.ndimage import gaussian_filter1d
 
 from tatamu.base.errors import InputError
+from tatamu.cameras import opencv
 from tatamu.cameras.board import Board, load_board
 from tatamu.cameras.camera import Seen, View, estimate
 from tatamu.cameras.edges import Edges, curve_normals, step_edges
 from tatamu.cameras.lens import Lens, possible_lenses, stated_focal
 from tatamu.cameras.markers import find_pages
-from tatamu.cameras.opencv import opencv
 from tatamu.cameras.sheet import SHEETS, Sheet, find_sheet
 from tatamu.garments.outline import even
 from tatamu.garments.photo import blocks, contour, reduction, stand_out

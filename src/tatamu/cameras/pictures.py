@@ -12,8 +12,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import replacing
+from tatamu.cameras import opencv
 from tatamu.cameras.locate import Located
-from tatamu.cameras.opencv import opencv
 from tatamu.cameras.photograph import Photograph
 from tatamu.cameras.reading import FoldReading
 from tatamu.show.palette import day

@@ -22,7 +22,7 @@ from tatamu.cameras.locate import Located
 from tatamu.cameras.photograph import Photograph, find_cloth, load_scale, read_photograph
 from tatamu.cameras.pose import Pose
 from tatamu.folding.fold import Fold
-from tatamu.folding.marks import lower_hem
+from tatamu.folding.score import lower_hem
 from tatamu.study.result import Result
 
 REACH = 0.06
@@ -41,7 +41,7 @@ class FoldReading:
     """The result of reading a finished fold from a photograph."""
 
     values: Measured
-    """Deviations of the fold from its target, by the names of `folding.marks.MARKS`."""
+    """Deviations of the fold from its target, by the names of `folding.score.MARKS`."""
     corners: Mapping[str, np.ndarray]
     """Pixels of the corners that were found, shape (2,), by the names of `CORNERS`."""
     outline: np.ndarray

@@ -12,11 +12,11 @@ import numpy as np
 import shapely
 
 from tatamu.base.errors import InputError
+from tatamu.cameras import opencv
 from tatamu.cameras.board import PAPERS
 from tatamu.cameras.camera import View, estimate
 from tatamu.cameras.edges import Line, step_edges
 from tatamu.cameras.lens import Lens
-from tatamu.cameras.opencv import opencv
 
 SEARCH_PIXELS = 1400
 """Number of pixels along the longer side to which photos are reduced for the search for a sheet of paper."""

@@ -73,7 +73,7 @@ def replay(
     from tatamu.cli.progress import prepare
     from tatamu.policies.dataset import DatasetFolder
     from tatamu.policies.dataset import replay as again
-    from tatamu.policies.dataset.table import read_outcome
+    from tatamu.policies.dataset.record import read_outcome
 
     DatasetFolder(folder).read()
     read_outcome(DatasetFolder(folder).table, episode)  # wrong arguments are refused before the simulator is compiled

@@ -12,7 +12,7 @@ from tatamu.base.files import write_bytes, write_text
 from tatamu.base.size import parse_size
 
 if TYPE_CHECKING:
-    from tatamu.folding.proposals import Proposal
+    from tatamu.folding.plans import Proposal
     from tatamu.garments import Garment
     from tatamu.report.garment import FoldMark
 
@@ -47,7 +47,7 @@ def garments() -> None:
     from rich.console import Console
 
     from tatamu.garments import DESCRIPTIONS, make_garment
-    from tatamu.show.table import Table, terminal
+    from tatamu.show.quantity import Table, terminal
     from tatamu.simulation.material import preset_names
     from tatamu.simulation.presets import load_preset
 

@@ -9,8 +9,7 @@ from pydantic import FiniteFloat
 
 from tatamu.evaluation.evaluator import Evaluation
 from tatamu.folding.fold import Fold
-from tatamu.folding.marks import marks
-from tatamu.folding.score import Limits
+from tatamu.folding.score import Limits, marks
 
 TABLE, BESIDE_CLOTH, BESIDE_TARGET = "a hand meets the table", "a hand misses the cloth", "put down beside the target"
 SLIPPED, UNDONE, CRUSHED, UNSIMULATED = "slipped", "came undone", "crushed", "could not be simulated"

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from tatamu.base.errors import InputError
-from tatamu.folding.coverage import Part
-from tatamu.folding.hold import covered, other_grasp
+from tatamu.folding.coverage import Part, covered, other_grasp
 from tatamu.folding.layout import Layout
 from tatamu.folding.plan import Plan, Step
-from tatamu.folding.plans import known_plans, make_plan
-from tatamu.folding.proposals import AUTO_PLAN, Proposal, propose
+from tatamu.folding.plans import AUTO_PLAN, Proposal, known_plans, make_plan, propose
 from tatamu.garments import Garment
 
 

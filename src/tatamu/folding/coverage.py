@@ -1,4 +1,4 @@
-"""Find the parts of the cloth that a fold moves but that no hand carries.
+"""The parts of the cloth that a fold moves but no hand carries, and edges to grasp so that hands carry all of it.
 
 Cloth folds over a line like a sheet of paper, beside the hands as well. There are two exceptions: a sleeve that sticks
 out of the body hangs from its root and trails, and a part that is joined to the body only across the fold line stays
@@ -18,6 +18,7 @@ the fold line than the hands. Both come from simulations (docs/guide/fold-plans-
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 import shapely
@@ -25,8 +26,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from tatamu.base.errors import InputError
 from tatamu.folding import layers
-from tatamu.folding.grasps import links_within
+from tatamu.folding.grasps import MIN_DISTANCE, candidates, distances, farthest_edge, links_within
 from tatamu.folding.layout import Layout
 from tatamu.garments import Garment
 from tatamu.simulation.mesh.topology import Topology, areas, connected, lumped
@@ -81,6 +83,48 @@ class Coverage:
     @property
     def lost(self) -> np.ndarray:
         return self.missed & (self.overhang > self.limit)
+
+
+def grasp_for(layout: Layout) -> tuple[tuple[str, ...], int]:
+    """Return the one or two edges that hands should grasp, and the number of hands.
+
+    The edge farthest from the fold line is chosen if hands on it carry all moving cloth, or if no grasp does. Otherwise
+    another edge is chosen, or a pair of which each hand grasps one.
+    """
+    plain = (farthest_edge(layout),)
+    hands = 2 if _extent(layout, plain[0]) >= 0.15 else 1  # one hand grasps a cuff
+    try:
+        if not covered(layout, plain, hands):
+            return plain, hands
+    except InputError:
+        hands = 1
+    other = other_grasp(layout)
+    return (other, 2) if other else (plain, hands)
+
+
+def other_grasp(layout: Layout) -> tuple[str, ...] | None:
+    """Return a grasp that carries all moving cloth: an edge for both hands, or one for each; None if there is none."""
+    far = distances(layout)
+    names = sorted(far, key=lambda name: -far[name])[:8]
+    middle = {name: float(layout.split(layout.garment.edges[name])[1].mean()) for name in names}
+    pairs = [tuple(sorted(pair, key=lambda name: -middle[name])) for pair in combinations(names, 2)]
+    for grasp in [*((name,) for name in names), *pairs]:
+        try:
+            if not covered(layout, grasp, 2):
+                return grasp
+        except InputError:  # The edge is too short for both hands.
+            continue
+    return None
+
+
+def covered(layout: Layout, grasp: tuple[str, ...], hands: int) -> tuple[Part, ...]:
+    """Return the parts of the moving cloth that stay behind if hands grasp these edges."""
+    return uncarried(layout, candidates(layout, grasp, hands)[:hands])
+
+
+def _extent(layout: Layout, edge: str) -> float:
+    across, along = layout.split(np.unique(layout.garment.edges[edge]))
+    return float(np.ptp(along[-across >= MIN_DISTANCE * float((-across).max())]))
 
 
 def uncarried(layout: Layout, hands: tuple[np.ndarray, ...]) -> tuple[Part, ...]:

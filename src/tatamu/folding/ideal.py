@@ -18,7 +18,7 @@ import numpy as np
 from tatamu.folding.layers import PIXEL, Surface
 from tatamu.folding.layout import FoldLine, Layout
 from tatamu.garments import Garment
-from tatamu.simulation.heavy_strip.crease import Crease, crease
+from tatamu.simulation.heavy_strip import Crease, crease
 from tatamu.simulation.mesh.topology import areas
 
 KEPT = 0.5

@@ -1,4 +1,4 @@
-"""Quality of a fold: the paper's objective and the field's measures.
+"""Quality of a fold: the paper's objective, the field's measures, and marks that a person or a camera can measure.
 
     C   = l_x + alpha D                               Eq. (10)
     D   = sum_i w_i e_i                               Eq. (11)
@@ -8,6 +8,9 @@
 q_i are the vertices of the target shape S_t and y_i those of the outcome S_x [m]. C is the objective, l_x the length of
 the hands' paths [m], D the shape distance [m], and w_i the weight of vertex i. mu_e and sigma_e are the mean and the
 standard deviation of the distances e_i [m].
+
+The marks are six deviations. The corners of the moved hem are the first grasp candidates of both hands. The lower hem
+is the part of the cloth that does not move and is nearest to the targets of these corners.
 """
 
 from __future__ import annotations
@@ -27,6 +30,9 @@ TAIL = 1.28
 """
 PIXEL = 0.001
 """Width of a pixel in the view from above [m]."""
+MARKS = ("left_along", "left_across", "right_along", "right_across", "slip_along", "slip_across")
+"""Deviations of both corners of the moved hem, and of the lower hem (slip), from their targets [m]: along the direction
+in which the fold moves cloth, and across it, positive to the left."""
 
 
 class Measured(Protocol):
@@ -160,3 +166,25 @@ def top_views(faces: np.ndarray, *shapes: np.ndarray) -> list[np.ndarray]:
     high = np.max([shape[:, :2].max(0) for shape in shapes], axis=0) + PIXEL
     size = np.minimum(np.ceil((high - low) / PIXEL).astype(int), 8000)
     return [mask((shape[:, :2] - low) / PIXEL, faces, (size[0], size[1])) for shape in shapes]
+
+
+def marks(fold: Fold, final: np.ndarray) -> dict[str, float]:
+    """Return the deviations `MARKS` of a cloth that ends at `final` [m], shape (n, 3), by their names."""
+    corners = [int(fold.left[0]), int(fold.right[0])]
+    moved = [(final - fold.target)[corner, :2] for corner in corners]
+    hem = lower_hem(fold, corners)
+    shifts = [*moved, (final - fold.start)[hem, :2].mean(axis=0)]
+    axes = (fold.normal, fold.crease.along)
+    return dict(zip(MARKS, (float(shift @ axis) for shift in shifts for axis in axes), strict=True))
+
+
+def lower_hem(fold: Fold, corners: list[int]) -> list[int]:
+    """Return the vertex of unmoved cloth that is nearest to each corner's target."""
+    still = np.flatnonzero(fold.still())
+    if not len(still):
+        across, _ = fold.crease.split(fold.start)
+        still = np.flatnonzero(across > 0)
+    return [
+        int(still[np.linalg.norm(fold.start[still, :2] - fold.target[corner, :2], axis=1).argmin()])
+        for corner in corners
+    ]

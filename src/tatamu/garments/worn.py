@@ -63,7 +63,7 @@ def from_mesh(given: GarmentFile, source: Path, material: Material) -> Garment:
     cells = garment.spacing / garment.material.bending_length
     if cells > 0.65:  # docs/theory/bending.md
         edges = f"its edges of {1e3 * garment.spacing:.1f} mm are {cells:.2f} bending lengths, more than 0.65"
-        notes.append(f"the mesh is so coarse that folds look too stiff ({edges}); give a finer mesh")
+        notes.append(f"the mesh has such large triangles that folds look too stiff ({edges}); give a finer mesh")
     return replace(garment, reading=unit.reading(given.size), notes=tuple(notes))
 
 

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from tatamu.folding.coverage import Part
 from tatamu.folding.fold import ideal_folds
 from tatamu.folding.plan import Plan
-from tatamu.folding.proposals import Proposal
+from tatamu.folding.plans import Proposal
 from tatamu.garments import Garment
 from tatamu.report.garment import FoldMark, diagram
 from tatamu.show.drawing import Drawing

@@ -13,9 +13,8 @@ from tatamu.garments import Garment
 from tatamu.show.drawing import FROM_ABOVE, Drawing
 from tatamu.show.material import properties
 from tatamu.show.page import render
-from tatamu.show.quantity import number
+from tatamu.show.quantity import Table, number
 from tatamu.show.shapes import Dot, Label, Polyline, Segments, Shape
-from tatamu.show.table import Table
 from tatamu.simulation.mesh.topology import Topology, areas
 
 SEAM = "accent"

@@ -1,8 +1,9 @@
-"""Writes the HTML page of a learned fold."""
+"""Writes the HTML page of a learned fold, and the frame that shows the fold inside another page."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from tatamu.base.errors import InputError
 from tatamu.base.files import write_text
@@ -11,9 +12,12 @@ from tatamu.evaluation.outcome import HELP
 from tatamu.report import command, errormap, headline, histogram, paths, search, tables, topview
 from tatamu.report.conclusion import of_fold
 from tatamu.report.measures import MEASURES, SUCCESS
-from tatamu.report.replay import replay
+from tatamu.report.still import render as still
 from tatamu.show.chart import Chart
+from tatamu.show.image import data_uri
 from tatamu.show.page import render
+from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
+from tatamu.show.shading import shrink, to_pixels
 from tatamu.study.folder import ResultFolder
 from tatamu.study.result import Result
 
@@ -77,4 +81,39 @@ def page(fold: Result) -> str:
         conclusion=of_fold(fold.record),
         learn_command=command.learn(fold),
         simulate_command=command.simulate(fold),
+    )
+
+
+def replay(fold: Result, largest: float) -> dict[str, Any]:
+    """Return the data for the replay of a learned fold.
+
+    Colours show the distance of each vertex from its target, up to `largest` [m].
+    """
+    return replay_data(fold.rollout, fold.scene, hands(fold), largest)
+
+
+def hands(fold: Result) -> list[HandTrack]:
+    """Return the motions of the hands of a learned fold."""
+    timing = fold.description.timing
+    hold = (timing.closes, timing.opens) if timing else (0.0, None)
+    return [HandTrack(colour, fold.hand(arm), [hold]) for colour, arm in zip(HAND_COLOURS, fold.arms, strict=False)]
+
+
+def embedded(fold: Result) -> str:
+    """Return HTML that shows a learned fold inside another page. The same fold always gives the same bytes."""
+    frame = render(
+        "report/frame.html",
+        replay=replay(fold, errormap.largest(fold.errors)),
+        title=headline.title(fold),
+        events=headline.events(fold),
+    )
+    return render(
+        "report/notebook.html",
+        title=headline.title(fold),
+        verdict=headline.word(fold),
+        sureness=headline.sureness(fold),
+        conclusion=of_fold(fold.record).text,
+        picture=data_uri(to_pixels(shrink(still(fold), 4))),
+        measures=[(measure, measure.text(fold.record.best_score)) for measure in MEASURES],
+        frame=frame,
     )

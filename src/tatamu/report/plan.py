@@ -15,8 +15,7 @@ from tatamu.report.conclusion import of_plan
 from tatamu.report.errormap import largest
 from tatamu.report.headline import spelled
 from tatamu.report.measures import grade
-from tatamu.report.page import file_of
-from tatamu.report.replay import hands
+from tatamu.report.page import file_of, hands
 from tatamu.show.page import render
 from tatamu.show.replay import HAND_COLOURS, HandTrack, replay_data
 from tatamu.simulation.rollout import Rollout

@@ -98,16 +98,16 @@ def best_placements(
         tried = [Placement(x, y, float(z), yaw, turning) for z in levels for turning in turnings]
         return search(robot, hands, tried, fine=True, cloth=cloth, progress=progress)
     points = hands.at(hands.evenly(SAMPLES))
-    coarse = search(robot, hands, grid(robot, points, heights), cloth=cloth, progress=progress)
+    on_grid = search(robot, hands, grid(robot, points, heights), cloth=cloth, progress=progress)
     around = [
         placement
-        for best in coarse[:2]
+        for best in on_grid[:2]
         if best.quality > HOPELESS
         for placement in neighbours(best.placement, points, heights, robot.front)
     ]
     half = SEARCH // 2
     fine = search(robot, hands, around, fine=True, cloth=cloth, progress=lambda done: progress(half + done))
-    return sorted([*coarse, *fine], key=lambda rated: -rated.quality)
+    return sorted([*on_grid, *fine], key=lambda rated: -rated.quality)
 
 
 def first_placement(robot: Robot, hands: HandMotion, heights: tuple[float, float]) -> list[Rated]:

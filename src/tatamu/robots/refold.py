@@ -20,7 +20,7 @@ from tatamu.robots.planfile import JawFile
 from tatamu.robots.pose import into
 from tatamu.robots.rehearsal import Rehearsal
 from tatamu.simulation.body import Body
-from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
+from tatamu.simulation.mesh.meshing import before_subdivision, subdivided
 from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Gripper, Scene
@@ -73,10 +73,10 @@ class Refold:
 
 def halvings_for(scene: Scene, simulator: str) -> int:
     """Return how many times, at most twice, the edges of a scene's mesh must be halved for a simulator."""
-    coarsest = capabilities(simulator).usable_cell or np.inf
+    largest = capabilities(simulator).usable_cell or np.inf
     lengths = edge_lengths(scene.cloth.rest, Topology(scene.cloth.faces).edges)
     cells = lengths.mean() / max(scene.material.bending_length, 1e-9)
-    needed = int(np.ceil(np.log2(max(cells / coarsest, 1e-9))))
+    needed = int(np.ceil(np.log2(max(cells / largest, 1e-9))))
     return min(max(0, needed), 2)
 
 
@@ -100,7 +100,7 @@ def refold(rehearsal: Rehearsal, simulator: str, halvings: int | None = None) ->
     scene = rehearsed_scene(rehearsal, learned)
     count = halvings_for(learned, simulator) if halvings is None else halvings
     both = [subdivided(one, count) for one in (scene, learned)]
-    robot, floating = (on_coarse_mesh(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
+    robot, floating = (before_subdivision(fine, learned.cloth.faces) for fine in engine.simulate_many(both))
     known: Result | None = None
     why_not: str | None = "the plan contains no result.json of the learned fold"
     if folder.result_file.is_file():

@@ -3,6 +3,17 @@
 It differs in two ways: the kernel has a length for each parameter, and a part of the objective may be known before a
 trial, such as l_x of Eq. (10). Then the process models the logarithm of the rest, because objectives of good folds
 differ by hundredths and those of bad folds by whole numbers. A proposal takes a few milliseconds.
+
+Expected improvement (Jones et al. 1998) itself is too small for a number far from the best, so its logarithm is used.
+Let b be the lowest objective so far, C the objective at a point, EI the expected improvement, and Phi and phi the
+distribution function and the density of the standard normal variable. C is either a normal variable Y, or a known part
+l plus a log-normal variable e^Y:
+
+    C = Y,          Y ~ N(m, s^2):      EI = s (z Phi(z) + phi(z)),                      z = (b - m) / s
+    C = l + e^Y,    Y ~ N(m, s^2):      EI = (b - l) Phi(d) - e^(m + s^2/2) Phi(d - s),  d = (log(b - l) - m) / s
+
+The second is also the price of a put option (Black and Scholes 1973). It is for the objective C = l_x + alpha D of Eq.
+(10), whose part l_x is known before a trial runs, while alpha D is positive.
 """
 
 from __future__ import annotations
@@ -10,9 +21,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.special import erfcx, log_ndtr, ndtr
 from threadpoolctl import ThreadpoolController
 
-from tatamu.search.expected_improvement import log_expected_improvement, log_expected_improvement_beyond
 from tatamu.search.gaussian_process import GaussianProcess
 from tatamu.search.search import Search
 from tatamu.search.space import KnownPart, Parameters, Space
@@ -22,6 +33,8 @@ THREADS = ThreadpoolController()
 APART = 0.03
 """Minimum difference between a proposal and every known or pending point in at least one parameter, in sides of the
 cube."""
+LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
+TINY = 1e-300
 
 
 class GPSearch(Search):
@@ -106,3 +119,34 @@ def maximise(
         spread *= 0.6
     highest = int(np.argmax(heights))
     return points[highest], float(heights[highest])
+
+
+def log_expected_improvement(best: float, mean: np.ndarray, deviation: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the expected improvement at p points with normal objectives, shape (p,)."""
+    z = (best - mean) / deviation
+    near = z > -1.0  # below, the two terms of the usual formula nearly cancel
+    found = np.empty_like(z)
+    density = np.exp(-0.5 * z[near] ** 2 - LOG_SQRT_2PI)
+    found[near] = np.log(z[near] * ndtr(z[near]) + density + TINY)
+    away = -z[~near]
+    mills = np.sqrt(np.pi / 2.0) * erfcx(away / np.sqrt(2.0))  # Phi(-a) / phi(a)
+    found[~near] = -0.5 * away**2 - LOG_SQRT_2PI + np.log(np.maximum(1.0 - away * mills, TINY))
+    return found + np.log(deviation)
+
+
+def log_expected_improvement_beyond(
+    best: float, known: np.ndarray, mean: np.ndarray, deviation: np.ndarray
+) -> np.ndarray:
+    """Return the logarithm of the expected improvement at p points with a known and a log-normal part, shape (p,).
+
+    Mean and deviation are those of the log-normal part's logarithm. The result is -inf if the known part is not below
+    best.
+    """
+    room = best - known
+    hopeful = room > 0.0
+    log_room = np.log(np.where(hopeful, room, 1.0))
+    d = (log_room - mean) / deviation
+    gain = log_ndtr(d) + log_room
+    cost = mean + 0.5 * deviation**2 + log_ndtr(d - deviation)
+    difference = np.minimum(cost - gain, -1e-12)
+    return np.where(hopeful, gain + np.log(-np.expm1(difference)), -np.inf)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -65,7 +66,8 @@ class Cloth(Record):
             )
         if len(self.vertices) > MAX_VERTICES:
             raise ValueError(
-                f"the cloth must have at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a coarser mesh"
+                f"the cloth must have at most {MAX_VERTICES} vertices, given {len(self.vertices)}; give a larger "
+                "spacing"
             )
         check_mesh(self.rest, self.faces, self.seams)
         if self.fibre is not None:
@@ -206,3 +208,37 @@ class Scene(Record):
         if not isinstance(value, dict):
             raise InputError(f"{path}: must be a JSON object, given {type(value).__name__}")
         return validated(cls, value, path)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A time from `start` to `end` [s], in which no gripper opens or closes and all hands move on straight lines."""
+
+    start: float
+    end: float
+    frame: bool
+    """Whether the segment ends at a frame of the rollout."""
+    held: tuple[bool, ...]
+    """Whether each gripper is closed during the segment."""
+
+    @property
+    def duration(self) -> float:
+        return self.end - self.start
+
+
+def segments(scene: Scene, longest: float) -> list[Segment]:
+    """Divide the time of a scene at each frame, opening and closing, and into segments of at most `longest` [s]."""
+    frames = np.arange(scene.frames) / scene.frame_rate
+    events = [time for gripper in scene.grippers for time in (gripper.closes, gripper.opens) if time is not None]
+    instants = [(float(time), True) for time in frames]
+    for event in sorted(set(events)):
+        if 0.0 < event < frames[-1] and np.abs(frames - event).min() > 1e-7:  # otherwise the times are equal
+            instants.append((event, False))
+    found = []
+    for (start, _), (end, frame) in pairwise(sorted(instants)):
+        middle = 0.5 * (start + end)
+        held = tuple(each.closes <= middle and (each.opens is None or middle < each.opens) for each in scene.grippers)
+        pieces = max(1, int(np.ceil((end - start) / longest - 1e-6)))
+        bounds = [start + (end - start) * k / pieces for k in range(pieces)] + [end]
+        found += [Segment(a, b, frame and b == end, held) for a, b in pairwise(bounds)]
+    return found

@@ -13,8 +13,7 @@ from tatamu.report.measures import SUCCESS, grade
 from tatamu.show.chart import Chart, axis, dots, line, log_axis, rows, traces
 from tatamu.show.page import render
 from tatamu.show.palette import SERIES
-from tatamu.show.quantity import number
-from tatamu.show.table import Table
+from tatamu.show.quantity import Table, number
 from tatamu.sweep.records import SweepFolder, TaskRecord
 from tatamu.sweep.table import counts, varied, write_parquet
 

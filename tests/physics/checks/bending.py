@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.simulation.heavy_strip.cantilever import cantilever, chord, slowest_frequency
+from tatamu.simulation.heavy_strip import cantilever, chord, slowest_frequency
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.scene import Cloth, Gripper, Scene, Table
 from tests.physics.chain import FoldedStrip, start

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from tatamu.simulation.heavy_strip.cantilever import chord
+from tatamu.simulation.heavy_strip import chord
 from tatamu.simulation.material import GRAVITY, Material
 from tatamu.simulation.scene import Cloth
 from tests.physics.check import Case, Check

@@ -13,7 +13,7 @@ from tatamu.evaluation.disturbances import Disturbances, Scenario, disturbed_sce
 from tatamu.evaluation.disturbances.channels import prefix_in
 from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HandShift, Manipulation
-from tatamu.folding.marks import MARKS
+from tatamu.folding.score import MARKS
 from tatamu.study.result import Result
 
 CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "cloth.place", "table.height")

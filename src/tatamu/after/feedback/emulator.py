@@ -17,7 +17,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Scenario, Split
 from tatamu.evaluation.outcome import Outcome
-from tatamu.folding.marks import MARKS
+from tatamu.folding.score import MARKS
 
 TAILS = 3.0
 """Degrees of freedom of the errors."""

@@ -14,7 +14,7 @@ from tatamu.base.errors import InputError
 from tatamu.base.files import read_toml, validated
 from tatamu.base.records import OpenRecord, Record
 from tatamu.folding.fold import Fold
-from tatamu.folding.marks import MARKS
+from tatamu.folding.score import MARKS
 from tatamu.simulation.material import Number
 
 RULER = 0.0015
@@ -32,7 +32,7 @@ class MeasuredNumber(OpenRecord):
     """One measured number."""
 
     name: str
-    """Name of the number, from `folding.marks.MARKS`."""
+    """Name of the number, from `folding.score.MARKS`."""
     value: Annotated[Number, Field(ge=-MAX_LENGTH, le=MAX_LENGTH)]
     """Deviation from the target [m]."""
     deviation: Annotated[Number, Field(gt=0.0, le=MAX_LENGTH)]
@@ -166,7 +166,7 @@ def from_numbers(
     """Return the fold with measured numbers, for example from a photograph.
 
     Args:
-        numbers: For each measured name in `folding.marks.MARKS`, the value and its standard deviation [m].
+        numbers: For each measured name in `folding.score.MARKS`, the value and its standard deviation [m].
         source: "ruler", or the digest of the photograph.
         failed: Whether the fold failed.
         turned_in: Corners of the hem that are turned in.

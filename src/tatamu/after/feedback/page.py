@@ -20,8 +20,7 @@ from tatamu.cameras.pictures import write_picture
 from tatamu.cameras.reading import FoldReading
 from tatamu.evaluation.disturbances.channels import channel_of
 from tatamu.folding.manipulation import HANDS
-from tatamu.folding.marks import MARKS
-from tatamu.folding.score import Limits
+from tatamu.folding.score import MARKS, Limits
 from tatamu.report.headline import title as fold_title
 from tatamu.report.topview import TopView, draw, extent, mask, outlined, painted, view
 from tatamu.show.chart import Chart, Plot, axis, line, rows, traces

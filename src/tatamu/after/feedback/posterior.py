@@ -22,7 +22,7 @@ from tatamu.after.feedback.emulator import ROUNDS, TAILS, Emulator
 from tatamu.after.feedback.measured import MeasuredFold
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Disturbances, Scenario, Split, join, split
-from tatamu.folding.marks import MARKS
+from tatamu.folding.score import MARKS
 
 WIDER = 2.0
 """Factor of the systematic variances for which the gain is computed. The notes compare values."""

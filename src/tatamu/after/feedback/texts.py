@@ -10,7 +10,7 @@ from tatamu.after.feedback.correction import MIN_SHIFT, Correction, Expected
 from tatamu.after.feedback.observe import Feedback
 from tatamu.evaluation.disturbances.channels import Channel, channel_of
 from tatamu.folding.manipulation import HANDS, HandShift
-from tatamu.folding.marks import MARKS
+from tatamu.folding.score import MARKS
 from tatamu.study.result import Result
 
 MARK_TITLES = {

@@ -11,7 +11,7 @@ from tatamu.base.errors import SimulationError
 from tatamu.base.version import __version__
 from tatamu.folding.score import Score
 from tatamu.simulation.material import Material
-from tatamu.simulation.mesh.subdivision import on_coarse_mesh, subdivided
+from tatamu.simulation.mesh.meshing import before_subdivision, subdivided
 from tatamu.simulation.rollout import Rollout
 from tatamu.simulation.scene import Scene
 from tatamu.simulation.simulators import named
@@ -89,7 +89,7 @@ def check(learned: Result, simulator: str, material: Material | None = None, hal
         rollout = named(simulator).simulate(scene)
     except SimulationError as error:
         return Opinion(learned, simulator, scene, None, None, str(error))
-    rollout = on_coarse_mesh(rollout, learned.faces)
+    rollout = before_subdivision(rollout, learned.faces)
     return Opinion(learned, simulator, scene, rollout, learned.rate(rollout.positions[-1]), None)
 
 

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tatamu.folding.manipulation import HANDS
-from tatamu.folding.score import MEASURES
 from tatamu.lerobot import Feature, LeRobotWriter, camera, flag, vector
 from tatamu.policies.dataset.arms import Stand
 from tatamu.policies.dataset.episode import Episode
-from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.record import columns_of
 from tatamu.policies.dataset.specification import DatasetSpecification
 from tatamu.robots import load
 from tatamu.robots.model import state_names
@@ -80,12 +77,3 @@ def _add(writer: LeRobotWriter, episode: Episode) -> None:
             values[f"observation.images.{name.removeprefix('camera.')}"] = pictures[:-1]
     columns = columns_of(episode.record)
     writer.add_episode(values, columns.pop("task"), columns)
-
-
-def columns_of(record: EpisodeRecord) -> dict[str, Any]:
-    """Return the outcome of an episode as columns of a table, with the material and the scenario as JSON texts."""
-    plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
-    measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
-    interval = None if record.held_interval is None else [*record.held_interval]
-    texts = {name: json.dumps(plain.pop(name)) for name in ("material", "world")}
-    return {**plain, **measures, **record.parameters, **texts, "held_interval": interval}

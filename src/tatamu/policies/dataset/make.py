@@ -21,11 +21,10 @@ from tatamu.policies.dataset.demonstrations import writing_demonstrations
 from tatamu.policies.dataset.episode import Episode, Recorder, record_episode
 from tatamu.policies.dataset.folder import DatasetFolder, DatasetRecord
 from tatamu.policies.dataset.page import page
-from tatamu.policies.dataset.record import EpisodeRecord, with_shares
+from tatamu.policies.dataset.record import EpisodeRecord, row_of, with_shares, write_table
 from tatamu.policies.dataset.sources import DrawnFold, check_names, draw_fold, parameters_of, read_runs
 from tatamu.policies.dataset.specification import DatasetSpecification, read_specification
 from tatamu.policies.dataset.states import Extent, StateWriter, extend
-from tatamu.policies.dataset.table import row_of, write_table
 from tatamu.simulation.side_by_side import executor_of, processors
 from tatamu.simulation.simulators import require
 

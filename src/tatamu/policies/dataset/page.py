@@ -16,8 +16,7 @@ from tatamu.report.measures import MEASURES, Measure
 from tatamu.show.chart import Chart, axis, dots, line, log_axis, traces
 from tatamu.show.image import data_uri
 from tatamu.show.page import render
-from tatamu.show.quantity import NOTHING
-from tatamu.show.table import Table
+from tatamu.show.quantity import NOTHING, Table
 
 MIN_DISTANCE = 1e-4
 """Smallest distance on a logarithmic axis [m]; smaller ones are shown at it."""

@@ -1,20 +1,26 @@
-"""The record of an episode. Its task is stored as names and numbers, from which it can be made again."""
+"""The record of an episode. Its task is stored as names and numbers, from which it can be made again.
+
+The file `episodes.parquet` has a row for each episode, with everything that is needed to run its actions again.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.base.files import validated
+from tatamu.base.extras import needed
+from tatamu.base.files import foreign, replacing, validated
 from tatamu.base.records import OpenRecord
 from tatamu.evaluation.success import interval_of
-from tatamu.folding.score import Score
+from tatamu.folding.score import MEASURES, Score
 from tatamu.folding.task import Task, make_task
+from tatamu.lerobot.files import table_of
 from tatamu.simulation.material import Material
 
 
@@ -153,3 +159,47 @@ def with_shares(records: Sequence[EpisodeRecord], disturbed: bool) -> list[Episo
         return record.with_share(sum(each.success for each in siblings), len(siblings), "episodes")
 
     return [shared(record) for record in records]
+
+
+def columns_of(record: EpisodeRecord) -> dict[str, Any]:
+    """Return the outcome of an episode as columns of a table, with the material and the scenario as JSON texts."""
+    plain = record.model_dump(exclude={"start", "score", "parameters", "episode"})
+    measures = {name: None if record.score is None else getattr(record.score, name) for name in MEASURES}
+    interval = None if record.held_interval is None else [*record.held_interval]
+    texts = {name: json.dumps(plain.pop(name)) for name in ("material", "world")}
+    return {**plain, **measures, **record.parameters, **texts, "held_interval": interval}
+
+
+def row_of(record: EpisodeRecord, final: np.ndarray) -> dict[str, Any]:
+    """Return the row of an episode with the final positions [m], shape (n, 3)."""
+    kept = {"record": record.model_dump_json(), "final": final.ravel()}
+    return {"episode": record.episode, **columns_of(record), **kept}
+
+
+def write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write the table of all episodes, as a whole or not at all."""
+    with replacing(path) as temporary, temporary.open("wb") as file:
+        needed("pyarrow.parquet", "dataset").write_table(table_of(rows), file)
+
+
+def read_records(path: Path) -> list[EpisodeRecord]:
+    """Return the record of every episode in the table."""
+    with foreign(path, "a table of episodes"):
+        table = needed("pyarrow.parquet", "dataset").read_table(path, columns=["record"])
+    return [parsed(text, path) for text in table["record"].to_pylist()]
+
+
+def read_outcome(path: Path, episode: int) -> tuple[EpisodeRecord, np.ndarray]:
+    """Return the record of an episode, and its final positions [m], shape (n, 3).
+
+    Raises:
+        InputError: If the file is missing or broken, or there is no such episode.
+    """
+    with foreign(path, "a table of episodes"):
+        parquet = needed("pyarrow.parquet", "dataset")
+        count = parquet.read_metadata(path).num_rows
+        if not 0 <= episode < count:
+            raise InputError(f"episode: must be from 0 to {count - 1}, given {episode}")
+        rule = [("episode", "==", episode)]
+        row = parquet.read_table(path, columns=["record", "final"], filters=rule).to_pylist()[0]
+    return parsed(row["record"], path), np.array(row["final"]).reshape(-1, 3)

@@ -12,9 +12,8 @@ from tatamu.folding.score import Score
 from tatamu.lerobot import LeRobotReader
 from tatamu.policies.dataset.episode import make_env, play
 from tatamu.policies.dataset.folder import DatasetFolder
-from tatamu.policies.dataset.record import EpisodeRecord
+from tatamu.policies.dataset.record import EpisodeRecord, read_outcome
 from tatamu.policies.dataset.states import read_states
-from tatamu.policies.dataset.table import read_outcome
 
 
 @dataclass(frozen=True)

@@ -173,7 +173,7 @@ def _substeps(mapping: Mapping, springs: Springs, longest: float) -> None:
     step = min(MAX_STEP, 1.4 / max(frequency, 1e-9))  # bending is unstable if step times frequency is 2
     settings["quality"] = int(np.clip(np.ceil(longest / step - 1e-6), 1, 1000))
     if longest / settings["quality"] > 1.5 * step:
-        mapping.warn("the cloth may jitter, because its bending is too stiff for the time steps; give a coarser mesh")
+        mapping.warn("the cloth may jitter, because its bending is too stiff for the time steps; give a larger spacing")
 
 
 def _raw(scene: Scene, longest: float) -> Mapping:

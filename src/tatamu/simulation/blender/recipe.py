@@ -9,8 +9,7 @@ import numpy as np
 
 from tatamu.simulation.blender.mapping import Mapping, mapped
 from tatamu.simulation.mesh.topology import Topology
-from tatamu.simulation.scene import Scene, Table
-from tatamu.simulation.timeline import Segment, segments
+from tatamu.simulation.scene import Scene, Segment, Table, segments
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,12 @@ from tatamu.simulation.mesh.topology import Topology, edge_lengths
 from tatamu.simulation.mujoco.controlled import HeldVertices, MovingBody
 from tatamu.simulation.mujoco.model import compiled, engine, vertex_masses
 from tatamu.simulation.rollout import Rollout
-from tatamu.simulation.scene import Scene
+from tatamu.simulation.scene import Scene, Segment, segments
 from tatamu.simulation.side_by_side import side_by_side
 from tatamu.simulation.simulators import Capabilities
-from tatamu.simulation.timeline import Segment, segments
 
 CAPABILITIES = Capabilities(parallel=True, bodies=True, sound_cell=0.37, usable_cell=0.45)
-"""Bending energy is quadratic, so a fold collapses into a flat crease on a mesh coarser than 0.37 bending lengths.
+"""Bending energy is quadratic, so a fold collapses into a flat crease if edges are longer than 0.37 bending lengths.
 
 A rehearsal compares two folds on the same mesh, so up to 0.45 is accepted there, because each halving of the edges
 would need four times as many vertices (docs/theory/robot-planning.md)."""
@@ -125,12 +124,12 @@ class Run:
         if self.scene.material.compression < 1.0:
             found.append("mujoco: compression: ignored, so cloth resists compression as much as tension")
         found += [f"mujoco: {line}" for line in CAPABILITIES.lacking(self.scene.material)]
-        cloth, coarsest = self.scene.cloth, (CAPABILITIES.sound_cell or np.inf) * self.scene.material.bending_length
+        cloth, largest = self.scene.cloth, (CAPABILITIES.sound_cell or np.inf) * self.scene.material.bending_length
         spacing = float(edge_lengths(cloth.rest, Topology(cloth.faces).edges).mean())
-        if spacing > coarsest:
+        if spacing > largest:
             found.append(
-                f"mujoco: the mesh is so coarse ({1e3 * spacing:.0f} mm) that folds become flat creases; give a "
-                f"spacing of at most {1e3 * coarsest:.0f} mm"
+                f"mujoco: the triangles are so large ({1e3 * spacing:.0f} mm) that folds become flat creases; give a "
+                f"spacing of at most {1e3 * largest:.0f} mm"
             )
         return found
 

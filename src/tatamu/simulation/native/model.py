@@ -15,6 +15,7 @@ from scipy import sparse
 
 from tatamu.simulation.material import Material
 from tatamu.simulation.mesh.topology import Topology, among, areas, edge_lengths, lumped
+from tatamu.simulation.native.bands import bands, slots, turned, turned_hinges
 from tatamu.simulation.native.contact.state import ContactMesh
 from tatamu.simulation.native.elastic import bending, curvature, membrane
 from tatamu.simulation.native.elastic.bending import Bending
@@ -25,7 +26,6 @@ from tatamu.simulation.native.elastic.stable_step import (
     hinge_stiffness,
     membrane_frequency,
 )
-from tatamu.simulation.native.memory.bands import bands, slots, turned, turned_hinges
 from tatamu.simulation.native.options import ContactOptions, Options, StepOptions
 from tatamu.simulation.scene import Cloth
 

@@ -51,7 +51,7 @@ class ContactOptions(NamedTuple):
     margin_thicknesses: float = 3.0
     """Margin beyond one thickness within which candidates are found [thicknesses]; `margin_edges` may increase it."""
     margin_edges: float = 0.75
-    """Minimum margin up to `margin_limit` [longest edges], because coarse cloth moves farther between two searches."""
+    """Minimum margin up to `margin_limit` [longest edges], as large triangles move farther between two searches."""
     margin_limit: float = 0.01
     """Maximum margin that follows from `margin_edges` [m], for layers up to 1 mm thick (`model.room`)."""
     margin_wear: float = 0.8

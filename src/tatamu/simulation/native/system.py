@@ -8,13 +8,13 @@ import numpy as np
 
 from tatamu.simulation.native.addresses import NONE, Addresses
 from tatamu.simulation.native.air import Air, AirSurface, air_of, surface_of
+from tatamu.simulation.native.bands import BLOCK
 from tatamu.simulation.native.contact.bodies.state import Bodies, bodies_of
 from tatamu.simulation.native.contact.projection import Positions
 from tatamu.simulation.native.contact.state import ContactMesh, ContactState, initial_state
 from tatamu.simulation.native.contact.table import TablePlane
 from tatamu.simulation.native.elastic import bending, hysteresis
 from tatamu.simulation.native.elastic.bending import HingeMeasures
-from tatamu.simulation.native.memory.bands import BLOCK
 from tatamu.simulation.native.model import ElasticModel, Model, model_of, steps_per_frame, substeps
 from tatamu.simulation.native.options import ContactOptions, LimitOptions, Options, StepOptions
 from tatamu.simulation.scene import Scene, Table

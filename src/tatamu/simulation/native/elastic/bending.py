@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tatamu.simulation.material import Material
+from tatamu.simulation.native.bands import BLOCK, Bands, bands, blocks
 from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.elastic import hysteresis, symmetric
 from tatamu.simulation.native.elastic.curvature import CurvatureMaps
 from tatamu.simulation.native.elastic.hysteresis import Friction, Slip
-from tatamu.simulation.native.memory.bands import BLOCK, Bands, bands, blocks
 
 # Constants in single precision. A plain 0.5 would convert everything that it is multiplied by to double precision.
 TINY: Any = np.float32(1e-30)

@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from tatamu.simulation.material import Material
+from tatamu.simulation.native.bands import Bands
 from tatamu.simulation.native.compiled import kernel
 from tatamu.simulation.native.elastic.curvature import CurvatureMaps, rigidities
-from tatamu.simulation.native.memory.bands import Bands
 
 
 class Friction(NamedTuple):

@@ -5,8 +5,20 @@
     W     = A/2 E' C E = 1/2 eps' S eps,     S = A P^-T C P^-1, plane stress C with stiffness Y and ratio nu
     f_a   = -2 tau_q (x_a - x_b) - ..,       tau = S eps
 
-The derivation is in docs/theory/membrane.md. Edges are taken at the positions x + tau_d v, which gives Kelvin-Voigt
+The derivations are in docs/theory/membrane.md. Edges are taken at the positions x + tau_d v, which gives Kelvin-Voigt
 damping. eps is a small difference of large numbers, so it has double precision, and all following steps have single.
+
+The *tension field* replaces wrinkles too fine for the mesh by a membrane that resists compression less than tension.
+A compressed sheet buckles, but the mesh has no waves shorter than two cells, so it would carry load like a plate that
+cannot buckle. The energy is therefore reduced, as in tension field theory (Pipkin 1986; Choi and Ko 2002 for cloth).
+With the principal strains E1 >= E2 and m = E2 + nu E1, the second principal stress divided by q:
+
+    W      = 1/2 Y psi(E1, b) + 1/2 q psi(m, (1 + nu) b),   q = Y / (1 - nu^2)
+    psi(e) = e^2 for e > 0, c e^2 down to -b, c e^2 + (1 - c)(e + b)^2 beyond
+
+c is the material's `compression`; with c = 1, the membrane is St. Venant-Kirchhoff. b is
+`ElasticOptions.crowding_strain`, which keeps triangles from turning inside out. With 1 + nu, the stresses are equal at
+E1 = E2.
 """
 
 from __future__ import annotations
@@ -16,13 +28,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tatamu.simulation.material import Material
+from tatamu.simulation.native.bands import BLOCK, Bands
 from tatamu.simulation.native.compiled import kernel
-from tatamu.simulation.native.elastic import symmetric, wrinkling
-from tatamu.simulation.native.memory.bands import BLOCK, Bands
+from tatamu.simulation.native.elastic import symmetric
 from tatamu.simulation.scene import MIN_IN_PLANE
 
 ENDS = np.array([[1, 2], [2, 0], [0, 1]])
 """The two corners that edge q joins, shape (3, 2)."""
+
+# Constants in single precision. A plain 0.5 would convert everything that it is multiplied by to double precision.
+HALF: Any = np.float32(0.5)
+ZERO: Any = np.float32(0.0)
+ONE: Any = np.float32(1.0)
+TINY: Any = np.float32(1e-12)
+"""Added to the radius of Mohr's circle, which is used as a divisor."""
 
 
 class Membrane(NamedTuple):
@@ -37,7 +56,7 @@ class Membrane(NamedTuple):
     L2: np.ndarray
     """Squared rest lengths of the edges [m^2], shape (3, places)."""
     relaxed: np.ndarray
-    """`wrinkling.constants` in single precision, shape (12, places), or (12, 0) if the cloth does not wrinkle."""
+    """`wrinkling_constants` in single precision, shape (12, places), or (12, 0) if the cloth does not wrinkle."""
     compression: Any
     """Ratio c of compressive to tensile stiffness, in single precision [-]."""
     crowding: Any
@@ -92,7 +111,7 @@ def plane_stress(material: Material) -> np.ndarray:
 
 
 def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return twice S, packed, shape (6, m), squared rest lengths [m^2], shape (3, m), and `wrinkling.constants`.
+    """Return twice S, packed, shape (6, m), squared rest lengths [m^2], shape (3, m), and `wrinkling_constants`.
 
     `frames` have the warp along the x axis.
     """
@@ -102,7 +121,21 @@ def constants(frames: np.ndarray, material: Material) -> tuple[np.ndarray, np.nd
     inverse = np.linalg.inv(2 * np.stack([dx * dx, dy * dy, dx * dy], axis=-1))
     area = 0.5 * np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
     stiffness = area[:, None, None] * (inverse.transpose(0, 2, 1) @ plane_stress(material) @ inverse)
-    return 2 * symmetric.pack(stiffness), (dx * dx + dy * dy).T, wrinkling.constants(inverse, area, material)
+    return 2 * symmetric.pack(stiffness), (dx * dx + dy * dy).T, wrinkling_constants(inverse, area, material)
+
+
+def wrinkling_constants(inverse: np.ndarray, area: np.ndarray, material: Material) -> np.ndarray:
+    """Return the constants of wrinkling, shape (12, m), or (12, 0) if the cloth does not wrinkle.
+
+    Rows 0 to 8 are P^-1 from changes of squared edge lengths to strains [1/m^2], rows 9 and 10 twice the area times Y
+    and times q [N m], and row 11 is nu.
+    """
+    nu = material.poisson_ratio
+    if material.compression == 1.0:
+        return np.zeros((12, 0))
+    force = 2.0 * area * material.stretch_stiffness
+    rows = [force, force / (1.0 - nu * nu), np.full(len(area), nu)]
+    return np.concatenate([inverse.reshape(len(area), 9).T, rows])
 
 
 def in_bands(
@@ -185,6 +218,32 @@ def _forces(
 
 
 @kernel
+def _half_slope(e: float, compression: float, crowding: float) -> float:
+    """Return half of the derivative of psi(e)."""
+    return max(e, ZERO) + compression * min(e, ZERO) + (ONE - compression) * min(e + crowding, ZERO)
+
+
+@kernel
+def stress_of_wrinkled(
+    exx: float, eyy: float, exy: float, young: float, plane: float, nu: float, compression: float, crowding: float
+) -> tuple[float, float, float]:
+    """Return the stress (xx, yy, xy) of a triangle for its Green strains, multiplied by twice its area A [N m].
+
+    `young` is 2 A Y and `plane` is 2 A q, while `compression` and `crowding` are c and b.
+    """
+    mean = HALF * (exx + eyy)
+    half = HALF * (exx - eyy)
+    radius = np.sqrt(half * half + exy * exy) + TINY
+    first = mean + radius
+    across = _half_slope(mean - radius + nu * first, compression, (ONE + nu) * crowding)
+    s1 = young * _half_slope(first, compression, crowding) + plane * nu * across
+    s2 = plane * across
+    middle = HALF * (s1 + s2)
+    lean = HALF * (s1 - s2) / radius
+    return middle + lean * half, middle - lean * half, lean * exy
+
+
+@kernel
 def _forces_of_wrinkled(
     X: np.ndarray, a: int, b: int, c: int, L2: np.ndarray, membrane: Membrane, e: int, n: int, out: np.ndarray
 ) -> None:
@@ -207,8 +266,8 @@ def _forces_of_wrinkled(
         wx, wy, wz, e2 = _side(xa[j], ya[j], za[j], xb[j], yb[j], zb[j], l2[j], real)
         exx = p0[j] * e0 + p1[j] * e1 + p2[j] * e2
         eyy = p3[j] * e0 + p4[j] * e1 + p5[j] * e2
-        exy = wrinkling.HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
-        sxx, syy, sxy = wrinkling.stress(exx, eyy, exy, young[j], plane[j], ratio[j], compression, crowding)
+        exy = HALF * (p6[j] * e0 + p7[j] * e1 + p8[j] * e2)
+        sxx, syy, sxy = stress_of_wrinkled(exx, eyy, exy, young[j], plane[j], ratio[j], compression, crowding)
         t0 = p0[j] * sxx + p3[j] * syy + p6[j] * sxy
         t1 = p1[j] * sxx + p4[j] * syy + p7[j] * sxy
         t2 = p2[j] * sxx + p5[j] * syy + p8[j] * sxy

@@ -11,8 +11,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from tatamu.simulation.native.bands import BLOCK
 from tatamu.simulation.native.elastic import bending, membrane, symmetric
-from tatamu.simulation.native.memory.bands import BLOCK
 
 SMALL = 40
 """Minimum number of coordinates for Lanczos iteration, which needs more than it has vectors; below it, matrices are

@@ -1,7 +1,22 @@
-"""The crease of cloth: the loop at a fold that lies on the table under its own weight.
+"""Shapes of a heavy strip: inextensible cloth in a vertical plane, bent only by its own weight.
 
-The arc length u goes from U, flat on the table, to -U, exactly above it and one thickness t higher. With the direction
-phi and the height z, an inextensible chain of links minimises, below (u > 0) and above (u < 0),
+Let B be the bending rigidity [N m], w = rho g the weight per area [N/m^2], s the arc length, theta the slope and z the
+height. The shape has the minimum energy per width, so it depends only on lengths in units of the bending length
+l_b = (B / w)^(1/3) (Peirce 1930):
+
+    E = int  B/2 (d theta/ds)^2 + w z  ds
+
+The *cantilever* is clamped at one end. Its slope theta is measured downwards. From the clamp, x is the horizontal reach
+and y the vertical drop:
+
+    B theta'' = -w (L - s) cos(theta),  theta(0) = 0,  theta'(L) = 0,  x' = cos(theta),  y' = sin(theta)
+    Gamma = w L^3 / B = (L / l_b)^3
+
+Gamma is raised step by step, because a solver finds wrong solutions above about 100 without a good initial guess.
+
+The *crease* is the loop at a fold that lies on the table. The arc length u goes from U, flat on the table, to -U,
+exactly above it and one thickness t higher. With the direction phi and the height z, an inextensible chain of links
+minimises, below (u > 0) and above (u < 0),
 
     E / b = int  B/2 (d phi/du)^2 + rho g z  du,     z >= t/2 below, z >= 3t/2 above.
 
@@ -27,6 +42,59 @@ STEP = 2 * HALF_LENGTH / LINKS
 """Length of a link [bending lengths]."""
 AFTER = np.tril(np.ones((LINKS + 1, LINKS)), -1)
 """1 where a node (row) comes after a link (column), and so moves if it turns; otherwise 0."""
+
+
+def _solve(gamma: float, s: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    from scipy.integrate import solve_bvp  # slow to import, and folds need only the crease
+
+    def slope(s: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.vstack([y[1], -gamma * (1 - s) * np.cos(y[0]), np.cos(y[0]), np.sin(y[0])])
+
+    def ends(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.array([a[0], b[1], a[2], a[3]])
+
+    found = solve_bvp(slope, ends, s, guess, tol=1e-8, max_nodes=20000)
+    if not found.success:
+        raise TatamuError(f"heavy elastica, Gamma {gamma:g}: {found.message}")
+    return found.x, found.y
+
+
+@lru_cache(maxsize=256)
+def _continued(gamma: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return arc lengths and theta, theta', x and y at each of them in units of L, from a smaller Gamma."""
+    least, steps_per_decade = 0.01, 30
+    if gamma <= least:
+        s = np.linspace(0, 1, 201)
+        return _solve(gamma, s, np.vstack([0 * s, 0 * s, s, 0 * s]))
+    rung = np.ceil(np.log10(gamma / least) * steps_per_decade - 1e-9) - 1
+    return _solve(gamma, *_continued(float(least * 10 ** (rung / steps_per_decade))))
+
+
+def cantilever(gamma: float, count: int = 201) -> np.ndarray:
+    """Return the reach x / L and the drop y / L at equal steps of arc length, shape (count, 2)."""
+    s, y = _continued(float(gamma))
+    arc = np.linspace(0, 1, count)
+    return np.column_stack([np.interp(arc, s, y[2]), np.interp(arc, s, y[3])])
+
+
+def tip(gamma: float) -> tuple[float, float, float]:
+    """Return the reach x / L and the drop y / L of the tip, and its slope below the horizontal [rad]."""
+    _, y = _continued(float(gamma))
+    return float(y[2, -1]), float(y[3, -1]), float(y[0, -1])
+
+
+def slowest_frequency(gamma: float, length: float, gravity: float) -> float:
+    """Estimate the lowest angular frequency of a hanging cantilever [rad/s].
+
+    It is the larger one of a clamped beam, 3.52 sqrt(B / (rho L^4)), and of a hanging chain, 1.2 sqrt(g / L).
+    """
+    return float(max(3.52 / np.sqrt(gamma), 1.2) * np.sqrt(gravity / length))
+
+
+def chord(gamma: float) -> float:
+    """Return the angle between the horizontal and the line from the clamp to the tip [rad]."""
+    reach, drop, _ = tip(gamma)
+    return float(np.arctan2(drop, reach))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tatamu.simulation.native.memory.lattice import patches
+from tatamu.simulation.native.lattice import patches
 
 BLOCK = 528
 """Number of elements that are computed together, so that intermediate values stay in the nearest cache. It is no power

@@ -1,1 +1,0 @@
-"""The layout of vertices and elements in memory, with which loops are fast."""
