@@ -144,23 +144,6 @@ class Grippers:
         own = [index for index in range(len(self._own)) if index not in self._led]
         return [numbers[index] for numbers in (self._closes, self._opens) for index in own]
 
-    @property
-    def led(self) -> bool:
-        """Whether a closed gripper follows a controller."""
-        return not self._led.keys().isdisjoint(self._grips)
-
-    def still_from(self, number: int) -> int:
-        """Return the outer step from which no gripper moves before the next one opens or closes by the scene.
-
-        If closed grippers follow a controller, or wait for nothing, the result is -1.
-        """
-        until = min((step for step in self.events() if number < step <= self._steps), default=-1)
-        if self._grips and (self.led or until < 0):
-            return -1
-        ways = self._paths[list(self._grips), number : until + 1]
-        moving = np.flatnonzero((ways != ways[:, -1:]).any(axis=(0, 2)))
-        return number + (int(moving[-1]) + 1 if len(moving) else 0)
-
     def lead(self, hands: Sequence[HandTarget | None], number: int, stop: int, fastest: float) -> None:
         """Move grippers to targets at constant velocity from outer step `number` to `stop`; None is no new target.
 

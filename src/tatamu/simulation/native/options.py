@@ -133,7 +133,7 @@ class UntangleOptions(NamedTuple):
 
 
 class RestOptions(NamedTuple):
-    """Settings of the test whether cloth is at rest while no hand moves, after which the cloth does not move either."""
+    """Settings of the test whether cloth that no hand holds or will hold is at rest, after which it does not move."""
 
     every: float = 0.1
     """Time between two tests [s]."""

@@ -139,8 +139,6 @@ class Simulation:
         poses = {} if bodies is None else self._bodies.check(bodies, self.number, stop, fastest)
         self._grippers.lead(hands, self.number, stop, fastest)
         self._bodies.lead(poses, self.number, stop)
-        if self._grippers.led:
-            self._rest = Rest()
         self._requested = requested
         while self.number < stop:
             self._advance_to(stop)
@@ -205,13 +203,12 @@ class Simulation:
         """
         self._work_grippers()
         end = min(last, self.number + FRAMES_AT_ONCE * self.per_frame)
-        own = [] if self._rest.reached else [self._untangle_at, self._rest.look_at]
-        events = [*own, *self._grippers.events()]
-        stop = min([end, *(number for number in events if number > self.number)])
         if self._rest.reached:
             self._latest[:] = self.system.state.positions.x
-            self.number = stop
+            self.number = end
             return
+        events = [self._untangle_at, self._rest.look_at, *self._grippers.events()]
+        stop = min([end, *(number for number in events if number > self.number)])
         span = Span(self.number, stop, self.per_frame)
         self.number, stretch = self._loop(self.system, self._grippers.hands(), self._latest, span)
         self._check(stretch, self.number < stop)
@@ -264,13 +261,17 @@ class Simulation:
         taken = self._grippers.close_due(self.number, self.system.state.positions.x)
         for vertices in taken:
             self._set_free(vertices, 0.0)
-        if (opened or taken) and not self.scene.bodies:
-            self._rest = Rest(self._grippers.still_from(self.number))
-        if self.number == self._rest.look_at:
+        if taken:
+            self._rest = Rest()
+        elif opened or self.number == self._rest.look_at:
             self._look_for_rest()
 
     def _look_for_rest(self) -> None:
-        """Test whether the cloth is at rest, after which it does not move until a hand opens or grasps it."""
+        """Test whether the cloth is at rest, after which it does not move until a hand grasps it."""
+        later = any(number > self.number for number in self._grippers.events())
+        if later or any(self.closed) or self.scene.bodies:
+            self._rest = Rest()
+            return
         options = self.options.rest
         wait = max(1, self._grippers.step_at(options.every))
         self._rest = self._rest.looked(self.number, self.system.state.positions.x, wait, options.still)

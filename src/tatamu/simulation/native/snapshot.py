@@ -15,10 +15,10 @@ from tatamu.simulation.native.system import System
 
 @dataclass(frozen=True)
 class Rest:
-    """State of the test whether cloth is at rest, by displacements: its kinetic energy only shows jitter."""
+    """State of the test whether released cloth is at rest, by displacements: its kinetic energy only shows jitter."""
 
     look_at: int = -1
-    """Outer step of the next test; -1 while none is planned, and when the cloth is at rest."""
+    """Outer step of the next test; -1 while a hand holds or will hold the cloth, and when the cloth is at rest."""
     before: np.ndarray | None = None
     """Positions at the previous test [m], shape (n, 3)."""
     reached: bool = False
