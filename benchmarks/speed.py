@@ -245,7 +245,7 @@ def _import(statement: str, runs: int) -> float:
 
 
 def _short(seconds: float) -> str:
-    return f"{seconds:.3g}"
+    return f"{seconds:.3g}" if seconds < 999.5 else f"{seconds:.0f}"
 
 
 PARTS: dict[str, Callable[[argparse.Namespace], list[Row]]] = {
