@@ -54,7 +54,7 @@ The modules write these fields of `state.ContactState`, where "sleep" stands for
 
     record            search                 sweeps                               impact zones
     vertex_face       partners, side, order  triangle, side, anchors, sleep       -
-    edge_edge         pairs, guarded         sleep                                -
+    edge_edge         pairs, guarded         sleep, apart                         -
     activity          pressed (counts down)  touched, restless, pressed           restless
     motion            all, by `motion`       -                                    -
     counters          ordered, pairs, ..     newly_pressed, pairs awake           -

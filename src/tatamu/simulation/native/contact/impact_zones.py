@@ -100,15 +100,16 @@ def _vertex_passed(x: np.ndarray, v: int, a: int, b: int, c: int, side: int, tol
     return True
 
 
-@kernel
-def _list_near(mesh: ContactMesh, contact: ContactState, near: np.ndarray) -> int:
-    """List the pairs of edges that may have passed through each other, and return their count."""
+@allocating
+def _near_pairs(mesh: ContactMesh, contact: ContactState) -> np.ndarray:
+    """Return the pairs of edges that may have passed through each other."""
     inverse_mass = mesh.inverse_mass
     pairs = contact.edge_edge.pairs
     wake = contact.edge_edge.wake
     meets = contact.edge_edge.meets
     reach = contact.motion.reach
     travelled = contact.counters.travelled
+    near = np.empty(contact.counters.pairs, np.int64)
     count = 0
     for p in range(contact.counters.pairs):
         if wake[p] > travelled:
@@ -119,21 +120,18 @@ def _list_near(mesh: ContactMesh, contact: ContactState, near: np.ndarray) -> in
         if min(inverse_mass[a], inverse_mass[b]) > 0.0 or min(inverse_mass[c], inverse_mass[d]) > 0.0:
             near[count] = p  # otherwise hands hold both edges
             count += 1
-    return count
+    return near[:count]
 
 
 @kernel
-def _join_passed_edges(
-    positions: Positions, contact: ContactState, near: np.ndarray, count: int, zone: np.ndarray
-) -> bool:
+def _join_passed_edges(positions: Positions, contact: ContactState, near: np.ndarray, zone: np.ndarray) -> bool:
     """Put edges that have passed through each other into one zone, and return whether any zone grew."""
     grew = False
     pairs = contact.edge_edge.pairs
     apart = contact.edge_edge.apart
     restless = contact.activity.restless
     now = contact.counters.outer_step
-    for i in range(count):
-        p = near[i]
+    for p in near:
         a, b, c, d = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
         if restless[a] < now and restless[b] < now and restless[c] < now and restless[d] < now:
             continue
@@ -213,12 +211,11 @@ def hold(positions: Positions, mesh: ContactMesh, contact: ContactState, options
     Only restless vertices are tested: those that contact has recently pushed hard, and those of zones.
     """
     zone = np.full(positions.x.shape[0], -1)
-    near = np.empty(contact.counters.pairs, np.int64)
-    count = _list_near(mesh, contact, near)
+    near = _near_pairs(mesh, contact)
     restless = contact.activity.restless
     restless_until = contact.counters.outer_step + options.restless_steps
     for passes in range(options.zone_passes):
-        grew = _join_passed_edges(positions, contact, near, count, zone)
+        grew = _join_passed_edges(positions, contact, near, zone)
         grew |= _join_passed_vertices(positions.x, mesh, contact, zone, options.barycentric_tolerance)
         if not grew:
             return passes
