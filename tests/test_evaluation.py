@@ -15,6 +15,7 @@ from tatamu.evaluation.array import orthogonal_array
 from tatamu.evaluation.disturbances import Disturbances, Scenario, default_disturbances, disturbed_hands, hand_failure
 from tatamu.evaluation.disturbances.aim import aim_for
 from tatamu.evaluation.disturbances.scenario import deviations, sample_scenarios
+from tatamu.evaluation.evaluator import Evaluator
 from tatamu.evaluation.outcome import (
     BESIDE_CLOTH,
     BESIDE_TARGET,
@@ -29,8 +30,9 @@ from tatamu.evaluation.outcome import (
 from tatamu.evaluation.scenarios import array_scenarios
 from tatamu.folding.aim import Aim
 from tatamu.folding.fingers import Fingers
-from tatamu.folding.parameters import arched_inwards
+from tatamu.folding.parameters import arched_inwards, initial_curves
 from tatamu.folding.score import ALPHA, Limits, Score, score
+from tatamu.folding.task import Task
 from tatamu.search import Parameters
 from tatamu.simulation.rollout import Rollout
 from tatamu.study.loop import order_scenarios
@@ -130,6 +132,48 @@ def test_scenarios_in_which_the_reference_fails_are_left_out_and_hard_ones_come_
     reference = replace(evaluation(X, 0.9), failed_in=(1,))
     others = [replace(evaluation(X, 0.9), failed_in=(index,)) for index in (4, 2, 4)]
     assert order_scenarios(reference, others, 6) == (4, 2, 0, 3, 5)
+
+
+@pytest.mark.parametrize(("spans", "failed_in"), [(0.2, ()), (0.1, (2, 3))])
+def test_a_fold_passes_a_scenario_that_only_puts_it_down_beside_the_target(
+    spans: float, failed_in: tuple[int, ...]
+) -> None:
+    task = towel(size=(0.30, 0.60), spacing=0.03)
+    errors = {"hands": {"offset": [0.016, 0.0, 0.0]}, "material": {"friction_table": 0.5}}
+    off = Disturbances.model_validate(errors)
+    evaluator, parameters = Scenarios(Nominal(task), off, level=1.0), arched_inwards(task.fold, spans)
+    far = [evaluator.inner.simulate(parameters, scenario).score for scenario in evaluator.sample]
+    assert not any(each is not None and each.succeeds for each in far)
+    assert evaluator(parameters).failed_in == failed_in  # there, the cloth slips
+
+
+class Later(Evaluator):
+    """An evaluator whose first initial curve fails without disturbances, and whose others fail in one scenario each."""
+
+    scenario_count = 20
+
+    def __init__(self) -> None:
+        self.task = towel()
+        self.curves = initial_curves(self.task.fold, robust=False)[1:]  # the first two are equal on this mesh
+        self.scenarios: dict[int, tuple[int, ...] | None] = {}
+
+    def on(self, task: Task) -> Later:
+        return self
+
+    def __call__(self, ask: Ask | Mapping[str, int | float]) -> Evaluation:
+        ask = Ask.of(ask)
+        number = self.curves.index(ask.parameters)
+        self.scenarios[number] = ask.scenarios
+        score, failed_in = evaluation({}, 1.0, 0.001 if number else 0.1).score, ((), (3,), (3,), (4,))[number]
+        objective = 2.0 if failed_in else 1.0
+        return replace(Nominal(self.task)(ask), objective=objective, nominal=1.0, score=score, failed_in=failed_in)
+
+
+def test_trials_that_began_before_the_reference_fold_was_known_are_judged_by_it() -> None:
+    evaluator = Later()
+    found = learn(towel(), plain(trials=4, parallel=3, baselines=False), evaluate=evaluator)
+    assert evaluator.scenarios == dict.fromkeys(range(4))  # three began together
+    assert [each.minimised for each in found.trials] == [1.0, 1.0, 1.0, 2.0]  # type: ignore[union-attr]
 
 
 def test_the_aim_keeps_hands_off_the_table_and_on_the_cloth() -> None:

@@ -63,7 +63,7 @@ class Evaluation:
     scenarios: int = 0
     """How many scenarios were simulated."""
     failed_in: tuple[int, ...] = ()
-    """Indices of the scenarios in which the fold fails."""
+    """Indices of the scenarios that the fold does not pass."""
     seconds: float = 0.0
     """Wall time [s]."""
 
@@ -75,7 +75,7 @@ class Evaluation:
     def __repr__(self) -> str:
         """Return one line: the objective, the distance, and the scenarios."""
         found = self.error if self.score is None else f"{1e3 * self.score.mean_vertex_distance:.1f} mm from the target"
-        tried = f", succeeds in {self.scenarios - len(self.failed_in)} of {self.scenarios} scenarios"
+        tried = f", passes {self.scenarios - len(self.failed_in)} of {self.scenarios} scenarios"
         return f"Evaluation(objective {self.objective:.4f}, {found}{tried if self.scenarios else ''})"
 
 

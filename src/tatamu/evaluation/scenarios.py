@@ -2,12 +2,13 @@
 
 Each scenario has every disturbance at plus or minus a number of deviations (Taguchi's outer array). A fold is simulated
 undisturbed first. Only if it would be the best, it is simulated in the scenarios of the ask, in their order, until one
-fails. With n vertices and the limit d of the mean distance, its value is
+fails. A fold passes a scenario if it succeeds, or is only put down beside the target, which no path changes. With n
+vertices and the limit d of the mean distance, its value is
 
-    C                                               if it succeeds in all of them, or cannot be the best
+    C                                               if it passes all of them, or cannot be the best
     max(C, beat) + alpha n d (1 + failed share)     otherwise
 
-so that the value falls with the number of scenarios passed, and no fold that fails beats one that succeeds.
+so that the value falls with the number of scenarios passed, and no fold that fails beats one that passes.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from tatamu.evaluation.disturbances.channels import CHANNELS
 from tatamu.evaluation.disturbances.scenario import deviations, scenarios_of
 from tatamu.evaluation.evaluator import Ask, Evaluation, Evaluator
 from tatamu.evaluation.nominal import Nominal
+from tatamu.evaluation.outcome import BESIDE_TARGET, Outcome
 from tatamu.folding.score import ALPHA, Limits
 from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import processors
@@ -94,17 +96,16 @@ class Scenarios(Evaluator):
         if not self._succeeds(found):
             return self._penalise(found, ask, 1.0)
         tried, failures = 0, []
-        for index, outcome in zip(indices, self._outcomes(ask, indices), strict=False):
+        for index, passed in zip(indices, self._passes(ask, indices), strict=False):
             tried += 1
-            if not self._succeeds(outcome):
+            if not passed:
                 failures.append(index)
                 if ask.beat < np.inf:
                     break
         found = replace(found, scenarios=tried, failed_in=tuple(failures))
         if not failures:
             return found
-        passed = tried - len(failures)
-        return self._penalise(found, ask, 1.0 - passed / len(indices))
+        return self._penalise(found, ask, 1.0 - (tried - len(failures)) / len(indices))
 
     def _penalise(self, found: Evaluation, ask: Ask, failed_share: float) -> Evaluation:
         base = found.nominal if np.isinf(ask.beat) else max(found.nominal, ask.beat)
@@ -114,22 +115,23 @@ class Scenarios(Evaluator):
     def _succeeds(self, found: Evaluation) -> bool:
         return found.score is not None and self.limits.hold(found.score)
 
-    def _outcomes(self, ask: Ask, indices: Sequence[int]) -> Iterator[Evaluation]:
-        """Yield the outcomes in the scenarios in order.
+    def _passes(self, ask: Ask, indices: Sequence[int]) -> Iterator[bool]:
+        """Yield whether the fold passes the scenarios, in order.
 
         A fold that fails mostly fails in one of the first scenarios, so these are simulated one after another if there
         is something to beat, and the others on half of the processors, at least two and at most four.
         """
 
-        def simulate(index: int) -> Evaluation:
-            return replace(self.inner.simulate(ask.parameters, self.sample[index]), rollout=None)
+        def passes(index: int) -> bool:
+            found = self.inner.simulate(ask.parameters, self.sample[index])
+            return self._succeeds(found) or Outcome.of(found, self.task.fold).cause(self.limits) == BESIDE_TARGET
 
         side_by_side = processors() > 1 and capabilities(self.task.simulator).parallel
         alone = len(indices) if not side_by_side else 0 if np.isinf(ask.beat) else 3
-        yield from map(simulate, indices[:alone])
+        yield from map(passes, indices[:alone])
         count = processors() if np.isinf(ask.beat) else max(2, min(4, processors() // 2))
         threads = ThreadPoolExecutor(count)
         try:
-            yield from threads.map(simulate, indices[alone:])
+            yield from threads.map(passes, indices[alone:])
         finally:
             threads.shutdown(wait=False, cancel_futures=True)

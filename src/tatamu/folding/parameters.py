@@ -39,13 +39,14 @@ def search_space(fold: Fold, grasps: Grasps = "integer") -> Space:
 
 def initial_curves(fold: Fold, *, robust: bool) -> list[Parameters]:
     """Return the curves with which a search starts. The first is the one that most likely succeeds."""
-    arched = [arched_curve(fold), arched_inwards(fold)]
-    return [*(arched[::-1] if robust else arched), *low_curves(fold)]
+    if robust:
+        return [arched_inwards(fold), arched_inwards(fold, 0.5 * ARCHED)]
+    return [arched_curve(fold), arched_inwards(fold), *low_curves(fold)]
 
 
-def arched_inwards(fold: Fold) -> Parameters:
-    """Return the arched curve with grasps half-way inwards, where hands with position errors still find cloth."""
-    return arched_curve(fold, (fold.candidates - 1) // 2)
+def arched_inwards(fold: Fold, spans: float = ARCHED) -> Parameters:
+    """Return an arched curve with grasps half-way inwards, where hands with position errors still find cloth."""
+    return arched_curve(fold, (fold.candidates - 1) // 2, spans)
 
 
 def later_curves(fold: Fold) -> list[Parameters]:

@@ -100,7 +100,7 @@ def _failure(trial: Trial) -> str:
     """Return in which scenarios a trial failed; empty if it did not fail in any."""
     tried = trial.scenarios
     failed = tried is not None and tried.succeeded < tried.simulated
-    return f"failed in a scenario, after {tried.succeeded} successes" if failed and tried else ""
+    return f"failed in a scenario, after {tried.succeeded} passed" if failed and tried else ""
 
 
 def _star(number: int, value: float, text: str) -> dict[str, Any]:

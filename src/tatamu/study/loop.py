@@ -147,10 +147,12 @@ class Study:
         if show_first is not None and not self.trials and self.search.first:
             parameters = self.search.first[0]
             self._first = self._result(self._submit(Ask(parameters), undisturbed=True), "first curve", parameters)
+            show_first(self._first)
         try:
             while (more := len(proposals) < self._stored or not is_over(self.wanted, proposals)) or running:
-                # until there is a reference fold, trials run one after another: any of them may become it
-                if more and len(running) < (1 if self._needs_reference else self.record.parallel):
+                # the first trial runs alone, because it mostly is the reference fold, from which the scenarios follow
+                alone = not self._told and self.evaluator.scenario_count > 0
+                if more and len(running) < (1 if alone else self.record.parallel):
                     begun = self._begin(len(proposals))
                     proposals.append(begun[0])
                     running.append(begun)
@@ -159,8 +161,6 @@ class Study:
                     for name, (_, make) in BASELINES.items():
                         made = make(self.task.fold)
                         fixed[name] = made, self.executor.submit(_timed_fixed, Nominal(self.task), made)
-                if show_first is not None and self._first is not None and not self._told:
-                    show_first(self._first)
                 self._finish(*running.popleft())
             if fixed:
                 self.report("baselines")
@@ -178,10 +178,6 @@ class Study:
         """The reference fold, which is the first that succeeds without disturbances; None if there is none yet."""
         return next((each for each in self._told if each.score is not None and each.score.succeeds), None)
 
-    @property
-    def _needs_reference(self) -> bool:
-        return self.evaluator.scenario_count > 0 and self._reference is None
-
     def _begin(self, number: int) -> tuple[Proposal, Future[Evaluation] | None]:
         """Begin a trial, unless it is stored already."""
         if number < self._stored:
@@ -197,11 +193,10 @@ class Study:
 
     def _ask(self, proposal: Proposal) -> Ask:
         """Return what the evaluator is asked."""
-        parameters = dict(proposal)
-        if self._needs_reference:
+        parameters, count, reference = dict(proposal), self.evaluator.scenario_count, self._reference
+        if count and reference is None:
             return Ask(parameters)
         beat = min((each.minimised for each in self._told if each.score is not None), default=np.inf)
-        count, reference = self.evaluator.scenario_count, self._reference
         ordered = order_scenarios(reference, self._told, count) if count and reference else None
         return Ask(parameters, ordered, beat)
 
@@ -226,9 +221,8 @@ class Study:
                 raise InputError(
                     f"evaluate: {name} must return a finite number, but returned {found.objective} for {dict(proposal)}"
                 )
-            if self._needs_reference and found.score is not None and found.score.succeeds:
-                # by definition, the reference fold succeeds in all scenarios that count
-                found = replace(found, objective=found.nominal)
+            if found.failed_in and set(found.failed_in) <= set((self._reference or found).failed_in):
+                found = replace(found, objective=found.nominal)  # it passes all scenarios that count
             trial = Trial.of(number, proposal, found)
             self.store.add(trial, self.search.space)
             self.trials.append(trial)

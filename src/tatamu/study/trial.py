@@ -60,7 +60,7 @@ def _found(found: Evaluation) -> dict[str, Any]:
 
 
 class ScenarioCount(OpenRecord):
-    """In how many scenarios a trial was simulated, and in how many of them the fold succeeds."""
+    """In how many scenarios a trial was simulated, and how many of them it passes."""
 
     simulated: int
     succeeded: int
@@ -84,7 +84,7 @@ class Trial(Scored):
     value: float | None = None
     """What the search minimises; None if it is C of Eq. (10), the field `objective`."""
     failed_in: list[Index] = Field(default_factory=list, exclude=True)
-    """Indices of the scenarios in which the fold fails. Only the database has them."""
+    """Indices of the scenarios that the fold does not pass. Only the database has them."""
 
     @property
     def minimised(self) -> float:
