@@ -3,9 +3,9 @@
     python -m benchmarks.gains --out runs/gains [--seeds towel=5,tshirt=3,leg=3] [--jobs 1]
     python -m benchmarks.gains --out runs/gains --table [--write-docs]
 
-The hand-designed curve is the arched one with grasps half-way inwards, and its hands aim like those of learned folds.
-A file of the folder keeps what one study found, so that a killed run goes on. Times are multiples of a load, 700
-products of 300 x 300 matrices on one core, which is measured before and after each study.
+The hand-designed curves are the arched one with grasps half-way inwards, and one half as high. Their hands aim like
+those of learned folds. A file of the folder keeps what one study found, so that a killed run goes on. Times are
+multiples of a load, 700 products of 300 x 300 matrices on one core, which is measured before and after each study.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from tatamu.evaluation.disturbances.aim import aim_for
 from tatamu.evaluation.draws import Draws, Subject
 from tatamu.evaluation.nominal import Nominal
 from tatamu.evaluation.success import Success
-from tatamu.folding.parameters import arched_inwards
+from tatamu.folding.parameters import ARCHED, arched_inwards
 from tatamu.folding.score import Limits
 from tatamu.folding.task import Task, make_task
 from tatamu.simulation.side_by_side import processors
@@ -44,12 +44,15 @@ from tatamu.study.result import Result
 DRAWS = 100
 UNUSED_SEED = 1000
 """Random seed of the scenarios in which folds are compared, the same for all."""
-CURVE, UNDISTURBED, LEARNED = "curve", "undisturbed", "learned"
+CURVE, LOWER, UNDISTURBED, LEARNED = "curve", "lower", "undisturbed", "learned"
 TITLES = {
     CURVE: "hand-designed curve",
+    LOWER: "hand-designed curve, half as high",
     UNDISTURBED: "learned without disturbances",
     LEARNED: "learned, the default",
 }
+HEIGHTS = {CURVE: ARCHED, LOWER: 0.5 * ARCHED}
+"""Heights of the hand-designed curves [spans]."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ class Job:
 def jobs(seeds: Mapping[str, int]) -> list[Job]:
     """Return all that is to be measured, for numbers of seeds by case, the longest first."""
     learned = [Job(case, LEARNED, seed) for case, count in seeds.items() for seed in range(count)]
-    others = [Job(case, kind, 0) for case in seeds for kind in (UNDISTURBED, CURVE)]
+    others = [Job(case, kind, 0) for case in seeds for kind in (UNDISTURBED, CURVE, LOWER)]
     return sorted([*learned, *others], key=lambda job: (job.kind != LEARNED, job.case == "towel"))
 
 
@@ -123,8 +126,8 @@ def measure(job: Job, out: Path) -> None:
         return
     task = CASES[job.case].task()
     found: dict[str, Any] = {"case": job.case, "kind": job.kind, "seed": job.seed}
-    if job.kind == CURVE:
-        parameters = arched_inwards(task.fold)
+    if job.kind in HEIGHTS:
+        parameters = arched_inwards(task.fold, HEIGHTS[job.kind])
         score = Nominal(task)(parameters).score
     else:
         options = LearnOptions(seed=job.seed, disturbances="none" if job.kind == UNDISTURBED else "default")
@@ -188,7 +191,7 @@ def _row(here: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     means = {cause: round(count / len(here)) for cause, count in causes.most_common()}
     failed = ", ".join(f"{cause} {mean}" for cause, mean in means.items() if mean)
     return {
-        "seeds": f"{len(here)}" if here[0]["kind"] != CURVE else "-",
+        "seeds": f"{len(here)}" if here[0]["kind"] not in HEIGHTS else "-",
         "length of a hand's path [m]": ranged([each["path"] for each in here], 3),
         "distance from the target without errors [mm]": ranged([1e3 * each["distance"] for each in here], 1),
         f"succeeds, of {DRAWS} simulations (median)": ranged([each["succeeded"] for each in here], 0),
@@ -221,7 +224,7 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
 
     task = CASES[case].task()
     figure, axes = pyplot.subplots(figsize=(7.0, 2.0), layout="constrained")
-    colours = {CURVE: "#888888", UNDISTURBED: "#d95f02", LEARNED: "#1b6ca8"}
+    colours = {CURVE: "#888888", LOWER: "#bbbbbb", UNDISTURBED: "#d95f02", LEARNED: "#1b6ca8"}
     for kind, title in TITLES.items():
         here = [each for each in found if (each["case"], each["kind"]) == (case, kind)]
         for number, each in enumerate(here):

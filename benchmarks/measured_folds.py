@@ -54,8 +54,7 @@ Row = dict[str, Any]
 def feedback_before(out: Path, trials: int) -> Feedback:
     """Return a learned towel and its simulated scenarios; what is there is taken."""
     if not ResultFolder(out).report_file.exists():
-        task = make_task("towel", size=(0.30, 0.40), spacing=0.025)
-        learn(task, LearnOptions(trials=trials, seed=0, baselines=False), out=out)
+        learn(make_task("towel"), LearnOptions(trials=trials, seed=0, baselines=False), out=out)
     return feedback_of(Result.load(out), FeedbackFolder(out))
 
 
@@ -206,8 +205,8 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, default=Path("runs/measured-folds"))
     parser.add_argument("--set-ups", type=int, default=20)
-    parser.add_argument("--draws", type=int, default=100)
-    parser.add_argument("--trials", type=int, default=24)
+    parser.add_argument("--draws", type=int, default=50)
+    parser.add_argument("--trials", type=int, default=50)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     rows = rows_of(options.out, options.set_ups, options.draws, options.trials)
