@@ -105,7 +105,8 @@ def plan(
                     add_plan(dataset, result)
         except InputError as error:
             if len(chosen) > 1:
-                print(f"{loaded.name}: cannot do the fold: {str(error).removeprefix(f'{folder}: ')}")
+                label = f"{loaded.name}: "
+                print(label + str(error).removeprefix(f"{folder}: ").removeprefix(label))
             reason = f"{error}; `tatamu learn .. --robot {name}` tries only folds that this robot can reach"
             for_others = isinstance(error, NoPlacement) and own != loaded.name
             refusals.append(NoPlacement(reason) if for_others else error)

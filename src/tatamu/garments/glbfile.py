@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from tatamu.base.errors import InputError
-from tatamu.garments.objfile import MAX_TRIANGLES, MAX_VERTICES, TriangleMesh
+from tatamu.garments.objfile import MAX_TRIANGLES, TriangleMesh
 
 MAX_COUNT = 3 * MAX_TRIANGLES
 """Largest number of elements of an accessor, and of vertices and indices of all meshes."""
@@ -152,8 +152,7 @@ class _Glb:
         kind = np.dtype(NUMBERS[accessor["componentType"]])
         self.read += count
         if not 0 <= count <= self.read <= MAX_COUNT * 2:
-            limits = f"{MAX_VERTICES} vertices and {MAX_COUNT} indices"
-            raise InputError(f"mesh: must have at most {limits}, given {self.read} in total")
+            raise InputError(f"mesh: must have at most {2 * MAX_COUNT} vertices and indices, given {self.read}")
         found = np.zeros((count, width), kind)
         if "bufferView" in accessor:
             found = self._viewed(accessor, count, width, kind)
