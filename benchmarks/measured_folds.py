@@ -130,6 +130,7 @@ class SetUp:
         for folds in FOLDS:
             found = self.measured(found, folds) if folds else found
             corrections[str(folds)] = found.correction.shifts
+            row[f"expected {folds}"] = found.correction.after.within
         for kind, shifts in corrections.items():
             ends = [self.end(self.random(100 + index), shifts) for index in range(draws)]
             row[f"distance {kind}"] = [min(LOST, end[1].mean_vertex_distance) if end else LOST for end in ends]
@@ -181,7 +182,14 @@ def table(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
             "worse by 10 %": f"{int((distance > 1.1 * before).sum())} of {len(here)}",
             "success in the median set-up": interval(100 * rates, "{:.0f} %"),
             "success in all": f"{100 * rates.mean():.0f} %",
+            "expected by `tatamu observe`": _expected(here, folds),
         }
+
+
+def _expected(rows: Sequence[Row], folds: str) -> str:
+    """Return the share of folds that the correction expects within the limit; it knows of no failing hand."""
+    expected = [row[f"expected {folds}"] for row in rows if f"expected {folds}" in row]
+    return f"{100 * np.mean(expected):.0f} %" if expected else "-"
 
 
 def short(rows: Sequence[Row]) -> str:

@@ -130,6 +130,7 @@ def test_a_set_up_is_inferred_and_corrected(learned: Result) -> None:
     assert "hands.offset.along" not in undetermined
     correction = found.correction
     assert correction.after.distance < 0.7 * correction.before.distance
+    assert correction.before.within < 0.95 < 0.99 < correction.after.within <= 1.0
     for shift in correction.shifts:
         assert shift.release[0] == pytest.approx(-mean["hands.offset.along"], abs=0.003) and shift.release[1] > 0.002
 

@@ -13,7 +13,7 @@ from tatamu.evaluation.disturbances import Disturbances, Scenario, disturbed_sce
 from tatamu.evaluation.disturbances.channels import prefix_in
 from tatamu.folding.fold import Fold as TargetFold
 from tatamu.folding.manipulation import HandShift, Manipulation
-from tatamu.folding.score import MARKS
+from tatamu.folding.score import MARKS, Limits
 from tatamu.study.result import Result
 
 CORRECTABLE = ("hands.offset", "hands.difference", "hands.yaw", "cloth.place", "table.height")
@@ -38,6 +38,8 @@ class Expected:
     """Expected mean vertex distance [m]."""
     distance_interval: tuple[float, float]
     """90 % interval of that distance [m]."""
+    within: float
+    """Share of next folds whose judged distance is within its limit."""
 
     @classmethod
     def of(cls, posterior: Posterior, emulator: Emulator, change: np.ndarray) -> Expected:
@@ -46,13 +48,16 @@ class Expected:
         distances = emulator.distances(ends)
         low, high = np.quantile(distances, INTERVAL)
         marks = emulator.marks(posterior.mean + change)
-        return cls(marks, np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), (float(low), float(high)))
+        within = float((emulator.judged_distances(ends) <= Limits().mean_vertex_distance).mean())
+        spread = (float(low), float(high))
+        return cls(marks, np.quantile(ends, INTERVAL, axis=0).T, float(distances.mean()), spread, within)
 
     def describe(self) -> dict[str, object]:
         """Return plain data for a file."""
         return {
             "mean_vertex_distance": self.distance,
             "interval": list(self.distance_interval),
+            "within": self.within,
             "marks": dict(zip(MARKS, self.marks.tolist(), strict=True)),
         }
 

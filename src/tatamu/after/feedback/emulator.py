@@ -4,7 +4,8 @@
 
 A few scenarios end unlike all others, because a corner turns in or a hand slips off. The errors e are fitted as Student
 t variables, so that these scenarios have little weight (Lange, Little and Taylor 1989, J. American Statistical
-Association 84). The mean vertex distance d follows from the marks: d^2 = a + sum_i c_i marks_i^2.
+Association 84). The mean vertex distance d follows from the marks: d^2 = a + sum_i c_i marks_i^2. So does the judged
+distance, which decides whether a fold succeeds, with coefficients of its own.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from tatamu.base.errors import InputError
 from tatamu.evaluation.disturbances import Scenario, Split
 from tatamu.evaluation.outcome import Outcome
-from tatamu.folding.score import MARKS
+from tatamu.folding.score import MARKS, judged_distance
 
 TAILS = 3.0
 """Degrees of freedom of the errors."""
@@ -43,6 +44,8 @@ class Emulator:
     """Covariance of the errors [m^2], shape (m, m)."""
     distance: np.ndarray
     """Coefficients a [m^2] and c [-] of the mean vertex distance, shape (1 + m,)."""
+    judged: np.ndarray
+    """The same of the judged distance."""
 
     def marks(self, values: np.ndarray) -> np.ndarray:
         """Return the marks [m] for disturbances. Both are along the last axis."""
@@ -56,6 +59,10 @@ class Emulator:
         """Return the mean vertex distance [m] for marks along the last axis."""
         return np.asarray(np.sqrt(self.distance[0] + marks**2 @ self.distance[1:]))
 
+    def judged_distances(self, marks: np.ndarray) -> np.ndarray:
+        """Return the judged distance [m] for marks along the last axis."""
+        return np.asarray(np.sqrt(self.judged[0] + marks**2 @ self.judged[1:]))
+
 
 def fit(parts: Split, scenarios: Sequence[tuple[Scenario, Outcome]]) -> Emulator:
     """Fit an emulator to simulated scenarios.
@@ -67,8 +74,8 @@ def fit(parts: Split, scenarios: Sequence[tuple[Scenario, Outcome]]) -> Emulator
     Raises:
         InputError: If too few scenarios have marks.
     """
-    known = [(scenario, v.marks, v.mean_vertex_distance) for scenario, v in scenarios]
-    usable = [(scenario, marks, d) for scenario, marks, d in known if marks is not None and d is not None]
+    known = [(scenario, v.marks, (v.mean_vertex_distance, judged_distance(v))) for scenario, v in scenarios]
+    usable = [(scenario, marks, d) for scenario, marks, d in known if marks is not None and None not in d]
     if len(usable) < MIN_SCENARIOS:
         raise InputError(
             f"feedback: only {len(usable)} of {len(scenarios)} scenarios could be simulated to the end, but at least "
@@ -78,8 +85,8 @@ def fit(parts: Split, scenarios: Sequence[tuple[Scenario, Outcome]]) -> Emulator
     x = (np.array([[scenario[name] for name in parts.names] for scenario, *_ in usable]) - parts.mean) / scale
     y = np.array([[marks[name] for name in MARKS] for _, marks, _ in usable])
     base, slopes, residual, weights = _regression(x, y)
-    distance = _distance_of(y, np.array([d for *_, d in usable]), weights)
-    return Emulator(parts.names, parts.mean, base, slopes.T / scale, residual, distance)
+    distance, judged = (_distance_of(y, each, weights) for each in np.array([d for *_, d in usable]).T)
+    return Emulator(parts.names, parts.mean, base, slopes.T / scale, residual, distance, judged)
 
 
 def _regression(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -100,7 +107,7 @@ def _regression(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def _distance_of(y: np.ndarray, distances: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return a and c of the mean vertex distance d^2 = a + sum c_i marks_i^2. None of them is negative."""
+    """Return a and c of distances d^2 = a + sum c_i marks_i^2. None of them is negative."""
     from scipy.optimize import nnls
 
     roots = np.sqrt(weights) / (distances + 1e-3)

@@ -119,7 +119,8 @@ def _expected(found: Feedback) -> list[tuple[str, list[str]]]:
         f"{1e3 * each.distance:.1f} mm ({1e3 * each.distance_interval[0]:.1f} to {1e3 * each.distance_interval[1]:.1f})"
         for each in both
     ]
-    return [*rows, ("mean vertex distance", distance)]
+    within = [f"{100 * each.within:.0f} %" for each in both]
+    return [*rows, ("mean vertex distance", distance), ("folds within the limit", within)]
 
 
 def _mm(value: float) -> str:
@@ -166,13 +167,13 @@ def _points(
 
 
 def _gain(found: Feedback) -> Plot:
-    """Return histograms of the mean vertex distance of the next fold, without and with the correction."""
+    """Return histograms of the judged distance of the next fold, without and with the correction."""
     posterior, correction = found.posterior, found.correction
     emulator = found.emulator
     nothing = np.zeros(len(posterior.names))
     cases = (("without correction", nothing, "@line"), ("with it", correction.change, "@plot"))
     limit = 1e3 * Limits().mean_vertex_distance
-    drawn = [1e3 * emulator.distances(posterior.ends(emulator, change)) for _, change, _ in cases]
+    drawn = [1e3 * emulator.judged_distances(posterior.ends(emulator, change)) for _, change, _ in cases]
     most = float(min(max(np.quantile(each, 0.995) for each in drawn), 6.0 * limit))
     bins = {"start": 0.0, "end": most, "size": max(0.5, round(most / 30.0, 1))}
     data = [
@@ -189,7 +190,7 @@ def _gain(found: Feedback) -> Plot:
     return traces(
         data,
         barmode="overlay",
-        xaxis=axis("mean vertex distance [mm]", range=[0.0, most]),
+        xaxis=axis("mean distance of the moved part [mm]", range=[0.0, most]),
         yaxis=axis("next folds"),
         shapes=[line("x", limit, colour="@failed", dash="dash")],
     )

@@ -102,4 +102,7 @@ def shift_text(shift: HandShift) -> str:
 
 def _expected(end: Expected) -> str:
     low, high = (1e3 * value for value in end.distance_interval)
-    return f"mean distance {1e3 * end.distance:.1f} mm (90 % interval {low:.1f} to {high:.1f} mm)"
+    return (
+        f"mean distance {1e3 * end.distance:.1f} mm (90 % interval {low:.1f} to {high:.1f} mm), within the limit in "
+        f"{100 * end.within:.0f} % of folds"
+    )
