@@ -103,10 +103,13 @@ def test_no_disturbance_is_refused() -> None:
         array_scenarios(Disturbances())
 
 
-def test_a_fold_that_cannot_be_the_best_is_not_simulated_in_scenarios() -> None:
-    inner = Scripted(0.9)
+@pytest.mark.parametrize(("objective", "value"), [(0.95, 0.95), (0.9, 0.9), (0.899, 0.9)])
+def test_a_fold_that_gains_less_than_half_a_per_cent_is_not_simulated_in_scenarios(
+    objective: float, value: float
+) -> None:
+    inner = Scripted(objective)
     found = Scenarios(inner, DISTURBANCES)(Ask(X, beat=0.9))
-    assert (found.objective, found.scenarios, inner.__dict__["asked"]) == (0.9, 0, [])
+    assert (found.objective, found.nominal, inner.__dict__["asked"]) == (value, objective, [])
 
 
 def test_the_value_falls_with_the_scenarios_passed_and_never_beats_the_best() -> None:

@@ -1,11 +1,12 @@
 """Folds that succeed under disturbances: the evaluator over the scenarios of an orthogonal array.
 
 Each scenario has every disturbance at plus or minus a number of deviations (Taguchi's outer array). A fold is simulated
-undisturbed first. Only if it would be the best, it is simulated in the scenarios of the ask, in their order, until one
-fails. A fold passes a scenario if it succeeds, or is only put down beside the target, which no path changes. With n
+undisturbed first. Only if it would be the best by half a per cent, it is simulated in the scenarios of the ask, in their
+order, until one fails. A fold passes a scenario if it succeeds, or is only put down beside the target, which no path changes. With n
 vertices and the limit d of the mean distance, its value is
 
-    C                                               if it passes all of them, or cannot be the best
+    C, at least beat                                if it would not be the best by half a per cent
+    C                                               if it passes all of them
     max(C, beat) + alpha n d (1 + failed share)     otherwise
 
 so that the value falls with the number of scenarios passed, and no fold that fails beats one that passes.
@@ -32,6 +33,9 @@ from tatamu.folding.score import ALPHA, Limits
 from tatamu.folding.task import Task
 from tatamu.simulation.side_by_side import processors
 from tatamu.simulation.simulators import capabilities
+
+WORTHWHILE = 0.005
+"""Smallest gain for which a fold is simulated in scenarios, as a fraction of the best value."""
 
 
 def array_scenarios(disturbances: Disturbances, level: float = LEVEL) -> list[Scenario]:
@@ -92,6 +96,8 @@ class Scenarios(Evaluator):
         found = self.inner(ask)
         if found.failed or found.objective >= ask.beat:
             return found
+        if found.objective > (1.0 - WORTHWHILE) * ask.beat:
+            return replace(found, objective=ask.beat)
         indices = range(len(self.sample)) if ask.scenarios is None else ask.scenarios
         if not self._succeeds(found):
             return self._penalise(found, ask, 1.0)
