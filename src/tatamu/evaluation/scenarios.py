@@ -1,9 +1,9 @@
 """Folds that succeed under disturbances: the evaluator over the scenarios of an orthogonal array.
 
 Each scenario has every disturbance at plus or minus a number of deviations (Taguchi's outer array). A fold is simulated
-undisturbed first. Only if it would be the best by half a per cent, it is simulated in the scenarios of the ask, in their
-order, until one fails. A fold passes a scenario if it succeeds, or is only put down beside the target, which no path changes. With n
-vertices and the limit d of the mean distance, its value is
+undisturbed first. Only if it would be the best by half a per cent, it is simulated in the scenarios of the ask, in
+their order, until it does not pass one. A fold passes a scenario if it succeeds, or is only put down beside the target,
+which no path changes. With n vertices and the limit d of the mean distance, its value is
 
     C, at least beat                                if it would not be the best by half a per cent
     C                                               if it passes all of them
