@@ -223,7 +223,7 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
     from matplotlib import pyplot
 
     task = CASES[case].task()
-    figure, axes = pyplot.subplots(figsize=(7.0, 2.0), layout="constrained")
+    figure, axes = pyplot.subplots(figsize=(7.0, 2.2), layout="constrained")
     colours = {CURVE: "#888888", LOWER: "#bbbbbb", UNDISTURBED: "#d95f02", LEARNED: "#1b6ca8"}
     for kind, title in TITLES.items():
         here = [each for each in found if (each["case"], each["kind"]) == (case, kind)]
@@ -233,7 +233,7 @@ def draw(found: Sequence[Mapping[str, Any]], case: str, file: Path) -> None:
             axes.plot(*(path - path[0])[:, [0, 2]].T, color=colours[kind], lw=1.5, alpha=0.7, label=label)
     axes.set(xlabel="way over the table [m]", ylabel="height [m]", aspect="equal")
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False, fontsize=7.5, ncols=3, handlelength=1.5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axes.legend(frameon=False, fontsize=7.5, ncols=2, handlelength=1.5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     figure.savefig(file, metadata={"Date": None})
 
 

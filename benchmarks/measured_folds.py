@@ -213,7 +213,7 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--out", type=Path, default=Path("runs/measured-folds"))
     parser.add_argument("--set-ups", type=int, default=20)
-    parser.add_argument("--draws", type=int, default=50)
+    parser.add_argument("--draws", type=int, default=25)
     parser.add_argument("--trials", type=int, default=50)
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
