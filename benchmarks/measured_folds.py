@@ -183,7 +183,6 @@ def table(rows: Sequence[Row]) -> Iterator[dict[str, str]]:
             "measured folds": folds,
             "median distance [mm]": interval(1e3 * distance, "{:.1f}"),
             "ratio of medians": f"{np.median(distance) / np.median(before):.2f}",
-            "ratio in the median set-up": interval(distance / before, "{:.2f}"),
             "worse by 10 %": f"{int((distance > 1.1 * before).sum())} of {len(here)}",
             "success in the median set-up": interval(100 * rates, "{:.0f} %"),
             "success in all": f"{100 * rates.mean():.0f} %",
