@@ -151,25 +151,22 @@ class SetUp:
 def rows_of(out: Path, set_ups: int, draws: int, trials: int) -> list[Row]:
     """Run the set-ups that are not in the file yet, and return all."""
     file = out / "set-ups.jsonl"
-    known = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    kept = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    known = {(row["seed"], row["wider"]): row for row in kept if row["draws"] == draws}
     wanted = list(product(range(FIRST, FIRST + set_ups), WIDER))
-
-    def there() -> dict[tuple[int, float], Row]:
-        return {(row["seed"], row["wider"]): row for row in known if row["draws"] == draws}
-
-    if missing := [each for each in wanted if each not in there()]:
+    if missing := [each for each in wanted if each not in known]:
         found, lock = feedback_before(out, trials), Lock()
 
         def one(each: tuple[int, float]) -> None:
             row = SetUp(found, *each).run(draws)
             with lock, file.open("a") as opened:
-                known.append(row)
+                known[each] = row
                 opened.write(json.dumps(row) + "\n")
-                print(f"{len(there())} of {len(wanted)} set-ups", flush=True)
+                print(f"{len(known)} of {len(wanted)} set-ups", flush=True)
 
         with ThreadPoolExecutor(processors()) as workers:
             list(workers.map(one, missing))
-    return [there()[each] for each in wanted]
+    return [known[each] for each in wanted]
 
 
 def table(rows: Sequence[Row]) -> Iterator[dict[str, str]]:

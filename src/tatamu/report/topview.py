@@ -118,7 +118,7 @@ def beside(fold: Result, goal: np.ndarray, name: str = "Learned fold") -> list[T
     The picture of the final shape has the title `name`.
     """
     area = extent(goal, fold.final)
-    (target, wanted), (final, _) = _drawn(fold, (goal, fold.final), area)
+    (target, wanted), (final, _) = drawn(fold, (goal, fold.final), area)
     return [
         view("Target", "the target shape", target, area),
         view(name, "the cloth at rest", final, area, paths(fold)),
@@ -131,11 +131,11 @@ def failures(fold: Result) -> list[TopView]:
     shown = fold.failures
     area = extent(fold.target, *shown.values())
     wanted = mask(painted(fold, fold.target), area)
-    images = _drawn(fold, shown.values(), area)
+    images = drawn(fold, shown.values(), area)
     return [view(cause, "", outlined(image, wanted), area) for cause, (image, _) in zip(shown, images, strict=True)]
 
 
-def _drawn(fold: Result, shapes: Iterable[np.ndarray], area: Extent) -> list[tuple[np.ndarray, np.ndarray]]:
+def drawn(fold: Result, shapes: Iterable[np.ndarray], area: Extent) -> list[tuple[np.ndarray, np.ndarray]]:
     """Draw several shapes of a fold's cloth side by side, because each takes half a second."""
     with ThreadPoolExecutor(processors()) as threads:
         return list(threads.map(lambda points: draw(painted(fold, points), area), shapes))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from tatamu.evaluation.disturbances.channels import channel_of
 from tatamu.folding.manipulation import HANDS
 from tatamu.folding.score import MARKS, Limits
 from tatamu.report.headline import title as fold_title
-from tatamu.report.topview import TopView, draw, extent, mask, outlined, painted, view
+from tatamu.report.topview import TopView, drawn, extent, mask, outlined, painted, view
 from tatamu.show.chart import Chart, Plot, axis, line, rows, traces
 from tatamu.show.image import jpeg_uri
 from tatamu.show.page import render
@@ -209,14 +208,11 @@ def _views(found: Feedback) -> list[TopView]:
     # larger pictures would take most of the time of the page
     area = extent(target, *(final for *_, final in finals), wide=400)
     wanted = mask(painted(found.learned, target), area)
-
-    def picture(end: tuple[str, str, np.ndarray]) -> TopView:
-        name, note, final = end
-        image, _ = draw(painted(found.learned, final), area)
-        return view(name, note, outlined(image, wanted), area)
-
-    with ThreadPoolExecutor() as workers:
-        return list(workers.map(picture, finals))
+    images = drawn(found.learned, (final for *_, final in finals), area)
+    return [
+        view(name, note, outlined(image, wanted), area)
+        for (name, note, _), (image, _) in zip(finals, images, strict=True)
+    ]
 
 
 def _photos(found: Feedback) -> dict[int, str]:
